@@ -1,0 +1,45 @@
+#pragma once
+
+#include "common/bus/failure.h"
+#include "common/bus/solver.h"
+
+#include <functional>
+#include <memory>
+#include <mpi.h>
+#include <string>
+
+namespace heartbus::bus {
+
+/// One program's membership of the launch. `main` of every physics reads:
+///
+///     int main(int argc, char **argv) {
+///       bus::Participant participant(argc, argv, "mech", "mech_solver");
+///       return participant.run([&] {
+///         ... build the runtime and the solver from participant.scene_text() ...
+///         participant.serve(solver);
+///       });
+///     }
+///
+/// The constructor initialises MPI, splits the world by declared name and receives the scene from the coupler (which has
+/// validated all of it). `run` turns exceptions into one message and the exit code for the whole launch.
+class Participant {
+ public:
+  /// `default_name` can be replaced by `--name NAME` on the command line.
+  Participant(int &argc, char **&argv, const std::string &default_name, const std::string &program);
+  ~Participant();
+
+  const std::string &name() const;
+  MPI_Comm communicator() const;
+  const std::string &scene_text() const;     ///< the resolved scene, YAML
+  const std::string &output_folder() const;  ///< exists already
+
+  int run(const std::function<void()> &body);
+  /// Handshake, then execute the coupler's commands until the end of the run.
+  void serve(Solver &solver);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace heartbus::bus

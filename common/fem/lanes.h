@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cmath>
+
+namespace heartbus::fem {
+
+/// Kernels work on this many cells at once: the same arithmetic on each lane. The compiler maps it to whatever vector
+/// unit the function is compiled for (see HEARTBUS_SIMD).
+inline constexpr unsigned n_lanes = 8;
+typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
+
+/// Put in front of a kernel's entry point: the compiler makes a version for each listed machine and the program picks
+/// one when it starts. Everything the kernel calls must be inlined into it (HEARTBUS_INLINE).
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define HEARTBUS_SIMD __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default")))
+#else
+#define HEARTBUS_SIMD
+#endif
+#define HEARTBUS_INLINE inline __attribute__((always_inline))
+
+HEARTBUS_INLINE Lanes lanes(double value) { return Lanes{} + value; }
+
+/// Applies a scalar function lane by lane.
+template <class Function>
+HEARTBUS_INLINE Lanes by_lane(const Lanes &x, Function function) {
+  Lanes y;
+  for (unsigned i = 0; i < n_lanes; ++i)
+    y[i] = function(x[i]);
+  return y;
+}
+
+} // namespace heartbus::fem

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "common/fem/nodal_matrix.h"
+
+#include <memory>
+#include <string>
+
+namespace heartbus::fem {
+
+/// How a linear solve went.
+struct LinearStatistics {
+  unsigned iterations = 0;
+  double initial_residual = 0, residual = 0; ///< l2 norms of b - A x
+};
+
+/// Anything that approximates the inverse of a matrix.
+class Preconditioner {
+ public:
+  virtual ~Preconditioner() = default;
+  virtual void vmult(Vector &y, const Vector &x) const = 0;
+};
+
+/// "jacobi", "ilu" (each rank its block, no overlap; `fill` levels), "amg" (ML smoothed aggregation; `elliptic`,
+/// near null space of `components` constants), "ic" for symmetric matrices. Collective; keeps what it needs of the
+/// matrix, so the matrix may change afterwards.
+std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix);
+
+/// Solves A x = b to |b - A x| <= tolerance * |b| starting from x. `method` "cg" or "gmres". Zero b gives zero x.
+/// Throws Failure(not_converged) naming `what`, the iterations and the residual reached; Failure(not_finite) on NaN.
+LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
+                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
+                              unsigned max_iterations = 500);
+
+} // namespace heartbus::fem

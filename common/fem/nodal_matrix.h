@@ -1,0 +1,70 @@
+#pragma once
+
+#include "common/fem/lagrange_space.h"
+
+#include <deal.II/lac/trilinos_sparse_matrix.h>
+
+namespace heartbus::fem {
+
+/// Square sparse matrix of dense b x b blocks between the nodes of a space. Cell matrices go straight into Trilinos'
+/// value array through positions computed once; only rows of owned nodes are kept, and they are complete because each
+/// rank also visits the ghost cells that touch its nodes.
+///
+/// Constrained degrees of freedom (set_constraints): their rows and columns keep only the diagonal. Systems are solved
+/// for increments, whose constrained entries are zero, so no right-hand side needs lifting: zero those entries of the
+/// right-hand side with `Constraints::zero`.
+class NodalMatrix {
+ public:
+  NodalMatrix(const LagrangeSpace &space, unsigned components);
+
+  unsigned components() const { return components_; }
+  const LagrangeSpace &space() const { return space_; }
+
+  /// One flag for each local degree of freedom (node*components + c), ghosts included; empty means none.
+  void set_constraints(const std::vector<std::uint8_t> &constrained);
+
+  /// Sets all values to zero; then add; then finish.
+  void clear();
+  /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column
+  /// (b, j), n = nodes_per_cell. Unused slots are skipped.
+  void add_batch(unsigned batch, const Lanes *K);
+  /// Adds one block [i][j] between nodes a and b (cell node indices) of a slot.
+  void add_block(unsigned slot, unsigned a, unsigned b, const double *block);
+  /// Adds to the diagonal entry of a local degree of freedom (ignored when not owned).
+  void add_diagonal(unsigned local_dof, double value);
+
+  /// y = A x. Ghosts of x need not be up to date.
+  void vmult(Vector &y, const Vector &x) const;
+  const dealii::TrilinosWrappers::SparseMatrix &trilinos() const { return matrix_; }
+  /// The entry (row, column) of owned row and local column dof; 0 when outside the pattern.
+  double entry(unsigned local_row, unsigned local_column) const;
+  /// Diagonal values of the owned rows.
+  void diagonal(Vector &d) const;
+  /// *this = a * other (same space and components, constraints not applied again).
+  void copy_scaled(double a, const NodalMatrix &other);
+  /// *this += a * other.
+  void add_scaled(double a, const NodalMatrix &other);
+
+  // Raw rows for those who extract sub-matrices: Trilinos' arrays of this rank.
+  int n_rows() const { return n_rows_; }
+  const int *row_begin() const { return row_begin_; }
+  const int *columns() const { return columns_; } ///< Trilinos' local column numbers
+  double *values() { return values_; }
+  const double *values() const { return values_; }
+
+ private:
+  const LagrangeSpace &space_;
+  unsigned components_;
+  dealii::TrilinosWrappers::SparseMatrix matrix_;
+  int n_rows_ = 0;
+  int *row_begin_ = nullptr, *columns_ = nullptr;
+  double *values_ = nullptr;
+  std::vector<int> positions_;            ///< [slot][a][b] offset of the block within the first row of a; -1: not owned
+  std::vector<std::uint8_t> constrained_; ///< [local dof], empty: none
+  std::vector<std::uint8_t> slot_constrained_;
+};
+
+/// Zeroes the constrained owned entries of a vector.
+void zero_constrained(Vector &v, const std::vector<std::uint8_t> &constrained);
+
+} // namespace heartbus::fem

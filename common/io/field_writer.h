@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::io {
+
+/// A distributed mesh as the writer sees it, deal.II-free: owned nodes with contiguous global numbers, owned cells.
+struct OutputMesh {
+  std::uint64_t first_owned_node = 0;
+  std::vector<std::array<double, 3>> points;  ///< [owned node], reference [m]
+  unsigned nodes_per_cell = 8;                ///< 8: hexahedra (lexicographic), 4: tetrahedra, 10: quadratic tetrahedra
+  std::vector<std::uint64_t> cells;           ///< owned cells, global node numbers
+};
+
+/// A time series of nodal (and cell) fields for ParaView: FOLDER/NAME.xdmf describes FOLDER/NAME.h5. Everything is
+/// gathered on rank 0 of the communicator, which alone touches the file system; the XDMF file is complete after every
+/// write. Collective. Throws Failure(file).
+class FieldWriter {
+ public:
+  FieldWriter(MPI_Comm communicator, const std::string &folder, const std::string &name, const OutputMesh &mesh);
+  ~FieldWriter();
+  /// Opens a new time instant; fields follow.
+  void begin(double time);
+  /// `values`: [owned node][components], 1 or 3 components.
+  void nodal(const std::string &field, unsigned components, const double *values);
+  /// `values`: [owned cell][components].
+  void cellwise(const std::string &field, unsigned components, const double *values);
+  /// Closes the instant and rewrites the XDMF file.
+  void end();
+
+ private:
+  struct Implementation;
+  Implementation *implementation_;
+};
+
+} // namespace heartbus::io
