@@ -1,6 +1,5 @@
 # Helpers of the build: one library per folder, one tiny main per program, one precompiled header for all code with deal.II.
 
-find_package(HDF5 REQUIRED COMPONENTS C)
 add_library(heartbus_hdf5 INTERFACE)
 target_include_directories(heartbus_hdf5 SYSTEM INTERFACE /usr/include/hdf5/openmpi)
 target_link_libraries(heartbus_hdf5 INTERFACE hdf5_openmpi MPI::MPI_C)

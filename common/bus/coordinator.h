@@ -1,0 +1,104 @@
+#pragma once
+
+#include "common/bus/failure.h"
+#include "common/bus/solver.h"
+
+#include <map>
+#include <memory>
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::bus {
+
+/// What a participant has declared, as the coupler sees it.
+struct FieldInfo {
+  std::string name, point_set, unit, level; ///< level: of outputs
+  unsigned components = 1;
+  bool output = false;
+};
+struct PointSetInfo {
+  std::string name;
+  double spacing = 0;                           ///< smallest of all ranks [m]
+  std::vector<std::vector<double>> coordinates; ///< [rank of the participant][3 * point]
+};
+struct ScalarInfo {
+  std::string name, unit;
+  std::vector<std::string> states; ///< names of a state's values; empty for a number
+};
+struct ParticipantInfo {
+  std::string name, program;
+  int n_ranks = 0;
+  std::vector<PointSetInfo> point_sets;
+  std::vector<FieldInfo> fields;
+  std::vector<std::string> tasks;
+  std::vector<ScalarInfo> scalars;
+  const FieldInfo *field(const std::string &name) const; ///< null when there is none
+};
+
+/// Something a participant is told to do; executed in the order received.
+struct Command {
+  enum class Kind { prepare, solve, commit, task, send, receive, report, finish };
+  Kind kind = Kind::solve;
+  std::string task; ///< of Kind::task
+  int route = -1;   ///< of send and receive
+  Step step;
+};
+
+/// A participant's answer to Command::report: scalars in declared order, seconds since the last report by kind of work.
+struct Report {
+  std::vector<double> scalars;
+  std::map<std::string, double> seconds; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "idle"
+  double cpu_seconds = 0;                ///< sum over ranks, since the start
+  double peak_memory = 0;                ///< sum over ranks [byte]
+};
+
+/// The coupler's end of the bus: it owns the handshake, the routes, the streams of commands, deadlines and the abort of
+/// the whole launch. It knows neither schemes nor physics.
+class Coordinator {
+ public:
+  Coordinator(int &argc, char **&argv);
+  ~Coordinator();
+
+  /// Runs `body`; a Failure (its own or one that a participant reports) is printed once, ordered to every rank, and its
+  /// code returned.
+  int run(const std::function<void()> &body);
+
+  /// Compares who came with who is expected (name -> {program, ranks; 0 = any}), sends everyone the scene, collects the
+  /// declarations. Failure(handshake) lists what was expected and what came.
+  struct Expected {
+    std::string program;
+    int ranks = 0;
+  };
+  void handshake(const std::map<std::string, Expected> &expected, const std::string &scene_text,
+                 const std::string &output_folder, double deadline_seconds);
+  const std::vector<ParticipantInfo> &participants() const;
+  const ParticipantInfo &participant(const std::string &name) const;
+
+  /// Matches the points of `field` as `from` sends it and `to` receives it and distributes the routing tables. Returns
+  /// the route's number. Failure(handshake) on unknown fields, unit or component mismatch, Failure(map) on points that do
+  /// not match (worst node named).
+  int connect(const std::string &from, const std::string &to, const std::string &field);
+  /// Lets the coupler itself receive what travels on a route: `on_values(step, values)` gets the field at the target's
+  /// points (coordinates in `coordinates`, both in the order of target ranks and their points) after each transfer.
+  struct Recording {
+    std::vector<double> coordinates;
+    unsigned components = 1;
+    std::string unit;
+  };
+  Recording record(int route, std::function<void(const Step &, const std::vector<double> &)> on_values);
+
+  /// Queues a command for one participant; `flush` sends all that is queued, one message to each participant's root.
+  void order(const std::string &participant, const Command &command);
+  void flush();
+  /// Waits (asleep) for the participant's next report, i.e. its answer to a Command::report ordered before.
+  Report wait_report(const std::string &participant);
+  /// True when SIGUSR1 has arrived (only the coupler acts on it).
+  bool stop_requested() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+} // namespace heartbus::bus
