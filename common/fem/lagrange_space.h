@@ -100,6 +100,7 @@ class LagrangeSpace {
   void collect_cells();
   void cache_geometry();
   unsigned label_id(const std::string &label) const;
+  unsigned nodes_per_face() const;
 
   struct Discretisation; // deal.II's triangulation, dof handler, element, mapping, quadratures
   std::unique_ptr<Discretisation> discretisation_;

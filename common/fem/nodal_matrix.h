@@ -12,7 +12,7 @@ namespace heartbus::fem {
 ///
 /// Constrained degrees of freedom (set_constraints): their rows and columns keep only the diagonal. Systems are solved
 /// for increments, whose constrained entries are zero, so no right-hand side needs lifting: zero those entries of the
-/// right-hand side with `Constraints::zero`.
+/// right-hand side with `zero_constrained`.
 class NodalMatrix {
  public:
   NodalMatrix(const LagrangeSpace &space, unsigned components);
@@ -23,7 +23,7 @@ class NodalMatrix {
   /// One flag for each local degree of freedom (node*components + c), ghosts included; empty means none.
   void set_constraints(const std::vector<std::uint8_t> &constrained);
 
-  /// Sets all values to zero; then add; then finish.
+  /// Sets all values to zero.
   void clear();
   /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column
   /// (b, j), n = nodes_per_cell. Unused slots are skipped.

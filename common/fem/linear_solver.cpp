@@ -1,0 +1,101 @@
+#include "common/fem/linear_solver.h"
+
+#include "common/bus/failure.h"
+
+#include <deal.II/lac/solver_cg.h>
+#include <deal.II/lac/solver_control.h>
+#include <deal.II/lac/solver_gmres.h>
+#include <deal.II/lac/trilinos_precondition.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace heartbus::fem {
+
+namespace {
+
+/// Wraps one of Trilinos' preconditioners.
+template <class Trilinos>
+class TrilinosPreconditioner : public Preconditioner {
+ public:
+  TrilinosPreconditioner(const NodalMatrix &matrix, const typename Trilinos::AdditionalData &data) {
+    preconditioner_.initialize(matrix.trilinos(), data);
+  }
+  void vmult(Vector &y, const Vector &x) const override { preconditioner_.vmult(y, x); }
+
+ private:
+  Trilinos preconditioner_;
+};
+
+class Jacobi : public Preconditioner {
+ public:
+  explicit Jacobi(const NodalMatrix &matrix) : inverse_(matrix.space().make_vector(matrix.components())) {
+    matrix.diagonal(inverse_);
+    for (unsigned i = 0; i < inverse_.locally_owned_size(); ++i)
+      inverse_.local_element(i) = 1.0 / inverse_.local_element(i);
+  }
+  void vmult(Vector &y, const Vector &x) const override {
+    for (unsigned i = 0; i < inverse_.locally_owned_size(); ++i)
+      y.local_element(i) = inverse_.local_element(i) * x.local_element(i);
+  }
+
+ private:
+  Vector inverse_;
+};
+
+std::unique_ptr<Preconditioner> make_amg(const NodalMatrix &matrix) {
+  const unsigned c = matrix.components();
+  dealii::TrilinosWrappers::PreconditionAMG::AdditionalData data;
+  data.elliptic = true;
+  data.aggregation_threshold = 1e-4;
+  data.smoother_sweeps = 2;
+  // The near null space: one constant a component.
+  data.constant_modes.assign(c, std::vector<bool>(matrix.n_rows(), false));
+  for (int row = 0; row < matrix.n_rows(); ++row)
+    data.constant_modes[row % c][row] = true;
+  return std::make_unique<TrilinosPreconditioner<dealii::TrilinosWrappers::PreconditionAMG>>(matrix, data);
+}
+
+} // namespace
+
+std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix) {
+  using namespace dealii::TrilinosWrappers;
+  if (kind == "jacobi")
+    return std::make_unique<Jacobi>(matrix);
+  if (kind == "ilu")
+    return std::make_unique<TrilinosPreconditioner<PreconditionILU>>(matrix, PreconditionILU::AdditionalData());
+  if (kind == "ic")
+    return std::make_unique<TrilinosPreconditioner<PreconditionIC>>(matrix, PreconditionIC::AdditionalData());
+  if (kind == "amg")
+    return make_amg(matrix);
+  throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, ic, amg");
+}
+
+LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
+                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
+                              unsigned max_iterations) {
+  const double norm = b.l2_norm();
+  if (!std::isfinite(norm))
+    throw Failure(ExitCode::not_finite, what + ": the right-hand side is not finite");
+  if (norm == 0) {
+    x = 0;
+    return {};
+  }
+  dealii::SolverControl control(max_iterations, tolerance * norm);
+  try {
+    if (method == "cg")
+      dealii::SolverCG<Vector>(control).solve(A, x, b, preconditioner);
+    else
+      // Right preconditioning: the residual that is tested is the true one.
+      dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(80, true))
+          .solve(A, x, b, preconditioner);
+  } catch (const dealii::SolverControl::NoConvergence &e) {
+    std::ostringstream message;
+    message << what << ": " << method << " stopped after " << e.last_step << " iterations at a residual of "
+            << e.last_residual / norm << " of the right-hand side, wanted " << tolerance;
+    throw Failure(std::isfinite(e.last_residual) ? ExitCode::not_converged : ExitCode::not_finite, message.str());
+  }
+  return {control.last_step(), control.initial_value(), control.last_value()};
+}
+
+} // namespace heartbus::fem

@@ -1,0 +1,167 @@
+#include "common/fem/nodal_matrix.h"
+
+#include "common/bus/failure.h"
+
+#include <deal.II/lac/trilinos_sparsity_pattern.h>
+
+#include <Epetra_CrsMatrix.h>
+
+#include <set>
+
+namespace heartbus::fem {
+
+NodalMatrix::NodalMatrix(const LagrangeSpace &space, unsigned components) : space_(space), components_(components) {
+  const unsigned n = space.nodes_per_cell(), c = components;
+  std::vector<std::set<unsigned>> neighbours(space.n_owned_nodes());
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned a = 0; a < n; ++a)
+      if (const unsigned node = space.cell_nodes(slot)[a]; node < space.n_owned_nodes())
+        neighbours[node].insert(space.cell_nodes(slot), space.cell_nodes(slot) + n);
+
+  const dealii::IndexSet &owned = space.partitioner(c)->locally_owned_range();
+  std::size_t longest = 0;
+  for (const auto &row : neighbours)
+    longest = std::max(longest, row.size());
+  dealii::TrilinosWrappers::SparsityPattern pattern(owned, owned, space.communicator(), longest * c);
+  std::vector<dealii::types::global_dof_index> columns;
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
+    columns.clear();
+    for (const unsigned neighbour : neighbours[node])
+      for (unsigned j = 0; j < c; ++j)
+        columns.push_back(space.global_node(neighbour) * c + j);
+    std::sort(columns.begin(), columns.end());
+    for (unsigned i = 0; i < c; ++i)
+      pattern.add_entries(space.global_node(node) * c + i, columns.begin(), columns.end(), true);
+  }
+  pattern.compress();
+  matrix_.reinit(pattern);
+
+  // deal.II hands Trilinos' matrix out as const only, but filling its value array in place is what Epetra offers it for.
+  auto &crs = const_cast<Epetra_CrsMatrix &>(matrix_.trilinos_matrix());
+  crs.ExtractCrsDataPointers(row_begin_, columns_, values_);
+  n_rows_ = crs.NumMyRows();
+
+  std::vector<int> column_of_node(space.n_local_nodes());
+  for (unsigned node = 0; node < space.n_local_nodes(); ++node)
+    column_of_node[node] = crs.ColMap().LID(static_cast<int>(space.global_node(node) * c));
+  positions_.assign(std::size_t(space.n_slots()) * n * n, -1);
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned a = 0; a < n; ++a) {
+      const unsigned row = space.cell_nodes(slot)[a];
+      if (row >= space.n_owned_nodes())
+        continue;
+      const int *first = columns_ + row_begin_[row * c], *last = columns_ + row_begin_[row * c + 1];
+      for (unsigned b = 0; b < n; ++b) {
+        const int column = column_of_node[space.cell_nodes(slot)[b]];
+        const int *found = std::lower_bound(first, last, column);
+        if (found == last || *found != column || found[c - 1] != column + int(c) - 1)
+          throw std::logic_error("columns of a node are not contiguous in Trilinos' numbering");
+        positions_[(std::size_t(slot) * n + a) * n + b] = found - first;
+      }
+    }
+  slot_constrained_.assign(space.n_slots(), 0);
+}
+
+void NodalMatrix::set_constraints(const std::vector<std::uint8_t> &constrained) {
+  constrained_ = constrained;
+  const unsigned n = space_.nodes_per_cell(), c = components_;
+  for (unsigned slot = 0; slot < space_.n_slots(); ++slot) {
+    slot_constrained_[slot] = 0;
+    if (!constrained_.empty())
+      for (unsigned k = 0; k < n * c; ++k)
+        slot_constrained_[slot] |= constrained_[space_.cell_nodes(slot)[k / c] * c + k % c];
+  }
+}
+
+void NodalMatrix::clear() { std::fill(values_, values_ + row_begin_[n_rows_], 0.0); }
+
+void NodalMatrix::add_batch(unsigned batch, const Lanes *K) {
+  const unsigned n = space_.nodes_per_cell(), c = components_;
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned slot = batch * n_lanes + lane;
+    if (!space_.slot_used(slot))
+      continue;
+    const unsigned *nodes = space_.cell_nodes(slot);
+    const int *positions = &positions_[std::size_t(slot) * n * n];
+    const bool constrained = slot_constrained_[slot];
+    for (unsigned a = 0; a < n; ++a) {
+      if (positions[a * n] < 0)
+        continue;
+      for (unsigned i = 0; i < c; ++i) {
+        const unsigned row = nodes[a] * c + i;
+        double *values = values_ + row_begin_[row];
+        for (unsigned b = 0; b < n; ++b) {
+          const Lanes *block = K + ((a * n + b) * c + i) * c;
+          double *target = values + positions[a * n + b];
+          if (!constrained)
+            for (unsigned j = 0; j < c; ++j)
+              target[j] += block[j][lane];
+          else
+            for (unsigned j = 0; j < c; ++j) {
+              const unsigned column = nodes[b] * c + j;
+              if (row == column || !(constrained_[row] || constrained_[column]))
+                target[j] += block[j][lane];
+            }
+        }
+      }
+    }
+  }
+}
+
+void NodalMatrix::add_block(unsigned slot, unsigned a, unsigned b, const double *block) {
+  const unsigned n = space_.nodes_per_cell(), c = components_;
+  const unsigned *nodes = space_.cell_nodes(slot);
+  const int position = positions_[(std::size_t(slot) * n + a) * n + b];
+  if (position < 0)
+    return;
+  for (unsigned i = 0; i < c; ++i)
+    for (unsigned j = 0; j < c; ++j) {
+      const unsigned row = nodes[a] * c + i, column = nodes[b] * c + j;
+      if (constrained_.empty() || row == column || !(constrained_[row] || constrained_[column]))
+        values_[row_begin_[row] + position + j] += block[i * c + j];
+    }
+}
+
+void NodalMatrix::add_diagonal(unsigned local_dof, double value) {
+  if (local_dof >= unsigned(n_rows_))
+    return;
+  const int *first = columns_ + row_begin_[local_dof], *last = columns_ + row_begin_[local_dof + 1];
+  // Owned columns come first in Trilinos' numbering, in the order of the rows.
+  values_[std::lower_bound(first, last, int(local_dof)) - columns_] += value;
+}
+
+void NodalMatrix::vmult(Vector &y, const Vector &x) const { matrix_.vmult(y, x); }
+
+double NodalMatrix::entry(unsigned local_row, unsigned local_column) const {
+  const auto &crs = matrix_.trilinos_matrix();
+  const int column = crs.ColMap().LID(static_cast<int>(
+      space_.global_node(local_column / components_) * components_ + local_column % components_));
+  const int *first = columns_ + row_begin_[local_row], *last = columns_ + row_begin_[local_row + 1];
+  const int *found = std::lower_bound(first, last, column);
+  return found != last && *found == column ? values_[found - columns_] : 0.0;
+}
+
+void NodalMatrix::diagonal(Vector &d) const {
+  for (int row = 0; row < n_rows_; ++row) {
+    const int *first = columns_ + row_begin_[row], *last = columns_ + row_begin_[row + 1];
+    d.local_element(row) = values_[std::lower_bound(first, last, row) - columns_];
+  }
+}
+
+void NodalMatrix::copy_scaled(double a, const NodalMatrix &other) {
+  std::transform(other.values_, other.values_ + row_begin_[n_rows_], values_, [a](double v) { return a * v; });
+}
+
+void NodalMatrix::add_scaled(double a, const NodalMatrix &other) {
+  std::transform(values_, values_ + row_begin_[n_rows_], other.values_, values_,
+                 [a](double v, double w) { return v + a * w; });
+}
+
+void zero_constrained(Vector &v, const std::vector<std::uint8_t> &constrained) {
+  if (!constrained.empty())
+    for (unsigned i = 0; i < v.locally_owned_size(); ++i)
+      if (constrained[i])
+        v.local_element(i) = 0;
+}
+
+} // namespace heartbus::fem
