@@ -8,7 +8,7 @@
 
 namespace heartbus::config {
 
-/// Allowed values of a number, in SI units.
+/// Allowed values of a number, in the unit of its key.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -21,11 +21,12 @@ constexpr Range between(double low, double high) { return {low, high}; }
 
 /// A block of the scene, seen by the code that owns its keys. Each parameter is written once, in a `describe` function:
 ///
-///     struct Guccione { double c = 880; void describe(config::Section &s) { s.quantity("c", c, "Pa", positive, "..."); } };
+///     struct Guccione { double c = 880; void describe(config::Section &s) { s.quantity("c", c, "Pa", positive, "...");
+///     } };
 ///
 /// The variable's initial value is the default. The same call reads and checks the value (when the scene is read),
-/// prints it (resolved scene, --print-defaults) or documents it. Errors: Failure(ExitCode::scene) naming file:line, key,
-/// nearest known key, allowed range or unit.
+/// prints it (resolved scene, --print-defaults) or documents it. Errors: Failure(ExitCode::scene) naming file:line,
+/// key, nearest known key, allowed range or unit.
 class Section {
  public:
   virtual ~Section() = default;
@@ -41,8 +42,8 @@ class Section {
                       const std::string &meaning) = 0;
   virtual void texts(const std::string &key, std::vector<std::string> &values, const std::string &meaning) = 0;
   /// A list of numbers that share a unit, e.g. a point "[0 mm, 0 mm, 3 mm]"; `size` 0 allows any length.
-  virtual void quantities(const std::string &key, std::vector<double> &values, const std::string &unit,
-                          unsigned size, const std::string &meaning) = 0;
+  virtual void quantities(const std::string &key, std::vector<double> &values, const std::string &unit, unsigned size,
+                          const std::string &meaning) = 0;
   /// A nested block; absent in the scene means all defaults.
   virtual Section &section(const std::string &key, const std::string &meaning) = 0;
   /// The keys of a block whose names the scene chooses (e.g. participants); empty while printing defaults.

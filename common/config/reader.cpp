@@ -1,0 +1,197 @@
+#include "common/config/reader.h"
+
+#include "common/bus/failure.h"
+#include "common/config/nearest.h"
+#include "common/config/units.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace heartbus::config {
+
+namespace {
+
+std::string allowed_range(const Range &range, const std::string &unit) {
+  const std::string suffix = unit.empty() ? "" : " " + unit;
+  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
+  if (low && high)
+    return (range.low_excluded ? "above " : "from ") + shortest(range.low) + " to " + shortest(range.high) + suffix;
+  if (low)
+    return (range.low_excluded ? "above " : "at least ") + shortest(range.low) + suffix;
+  return "at most " + shortest(range.high) + suffix;
+}
+
+class Reader final : public Section {
+ public:
+  /// `node` is null for a block that the scene leaves out.
+  Reader(const Node *node, const std::string &path, const std::string &where)
+      : node_(node), path_(path), where_(node ? node->where : where) {
+    if (node_ && node_->kind == Node::Kind::empty)
+      node_ = nullptr;
+    if (node_ && node_->kind != Node::Kind::block)
+      throw Failure(ExitCode::scene, where_ + ": key '" + path_ + "' must be a block of keys");
+  }
+
+  void quantity(const std::string &key, double &value, const std::string &unit, Range range,
+                const std::string &) override {
+    if (const Node *node = scalar(key))
+      value = checked(key, converted(key, [&] { return parse_quantity(node->value, unit); }), range, unit);
+  }
+
+  void number(const std::string &key, double &value, Range range, const std::string &) override {
+    if (const Node *node = scalar(key))
+      value = checked(key, converted(key, [&] { return parse_number(node->value); }), range, "");
+  }
+
+  void integer(const std::string &key, int &value, Range range, const std::string &) override {
+    if (const Node *node = scalar(key)) {
+      const double number = converted(key, [&] { return parse_number(node->value); });
+      if (number != std::floor(number) || std::abs(number) > 1e9)
+        fail(key, "'" + node->value + "' is not an integer");
+      value = static_cast<int>(checked(key, number, range, ""));
+    }
+  }
+
+  void boolean(const std::string &key, bool &value, const std::string &) override {
+    if (const Node *node = scalar(key)) {
+      if (node->value != "true" && node->value != "false")
+        fail(key, "'" + node->value + "' is neither true nor false");
+      value = node->value == "true";
+    }
+  }
+
+  void text(const std::string &key, std::string &value, const std::string &) override {
+    if (const Node *node = scalar(key))
+      value = node->value;
+  }
+
+  void choice(const std::string &key, std::string &value, const std::vector<std::string> &allowed,
+              const std::string &) override {
+    const Node *node = scalar(key);
+    if (!node)
+      return;
+    if (std::find(allowed.begin(), allowed.end(), node->value) == allowed.end())
+      fail(key, "'" + node->value + "' is not a choice;" + did_you_mean(node->value, allowed) +
+                    " Allowed: " + joined(allowed));
+    value = node->value;
+  }
+
+  void texts(const std::string &key, std::vector<std::string> &values, const std::string &) override {
+    if (const Node *node = list_node(key)) {
+      values.clear();
+      for (const Node &item : node->children) {
+        if (item.kind != Node::Kind::scalar)
+          fail(key, "must be a list of words");
+        values.push_back(item.value);
+      }
+    }
+  }
+
+  void quantities(const std::string &key, std::vector<double> &values, const std::string &unit, unsigned size,
+                  const std::string &) override {
+    if (const Node *node = list_node(key)) {
+      if (size > 0 && node->children.size() != size)
+        fail(key, "must have " + std::to_string(size) + " entries, not " + std::to_string(node->children.size()));
+      values.clear();
+      for (const Node &item : node->children)
+        values.push_back(converted(key, [&] { return parse_quantity(item.value, unit); }));
+    }
+  }
+
+  Section &section(const std::string &key, const std::string &) override {
+    blocks_.push_back(std::make_unique<Reader>(take(key), full(key), where_));
+    return *blocks_.back();
+  }
+
+  std::vector<std::string> free_keys() override {
+    std::vector<std::string> keys;
+    if (node_)
+      for (const Node &child : node_->children)
+        keys.push_back(child.key);
+    return keys;
+  }
+
+  std::size_t list(const std::string &key, std::size_t current, const std::string &) override {
+    const Node *node = list_node(key);
+    return node ? node->children.size() : current;
+  }
+
+  Section &item(const std::string &key, std::size_t index) override {
+    const Node *node = node_ ? node_->find(key) : nullptr;
+    const Node *entry = node && index < node->children.size() ? &node->children[index] : nullptr;
+    blocks_.push_back(std::make_unique<Reader>(entry, full(key) + "[" + std::to_string(index) + "]", where_));
+    return *blocks_.back();
+  }
+
+  [[noreturn]] void fail(const std::string &key, const std::string &message) override {
+    const Node *node = node_ ? node_->find(key) : nullptr;
+    const std::string name = key.empty() ? "block '" + path_ + "'" : "key '" + full(key) + "'";
+    throw Failure(ExitCode::scene, (node ? node->where : where_) + ": " + name + ": " + message);
+  }
+
+  void refuse_unknown_keys() const {
+    if (node_)
+      for (const Node &child : node_->children)
+        if (std::find(known_.begin(), known_.end(), child.key) == known_.end())
+          throw Failure(ExitCode::scene, child.where + ": key '" + full(child.key) + "' is unknown;" +
+                                             did_you_mean(child.key, known_) + " Allowed here: " + joined(known_));
+    for (const auto &block : blocks_)
+      block->refuse_unknown_keys();
+  }
+
+ private:
+  std::string full(const std::string &key) const { return path_.empty() ? key : path_ + "." + key; }
+
+  const Node *take(const std::string &key) {
+    known_.push_back(key);
+    return node_ ? node_->find(key) : nullptr;
+  }
+
+  const Node *scalar(const std::string &key) {
+    const Node *node = take(key);
+    if (node && node->kind != Node::Kind::scalar)
+      fail(key, node->kind == Node::Kind::empty ? "has no value" : "must be a single value");
+    return node;
+  }
+
+  const Node *list_node(const std::string &key) {
+    const Node *node = take(key);
+    if (node && node->kind != Node::Kind::list)
+      fail(key, "must be a list, e.g. [a, b]");
+    return node;
+  }
+
+  template <class Conversion>
+  double converted(const std::string &key, const Conversion &conversion) {
+    std::string complaint;
+    try {
+      return conversion();
+    } catch (const std::invalid_argument &error) {
+      complaint = error.what();
+    }
+    fail(key, complaint);
+  }
+
+  double checked(const std::string &key, double value, const Range &range, const std::string &unit) {
+    if (value < range.low || value > range.high || (range.low_excluded && value == range.low))
+      fail(key, shortest(value) + (unit.empty() ? "" : " " + unit) +
+                    " is out of range; allowed: " + allowed_range(range, unit));
+    return value;
+  }
+
+  const Node *node_;
+  std::string path_, where_;
+  std::vector<std::string> known_;
+  std::vector<std::unique_ptr<Reader>> blocks_;
+};
+
+} // namespace
+
+void read(const Node &root, const Describe &describe) {
+  Reader reader(&root, "", root.where);
+  describe(reader);
+  reader.refuse_unknown_keys();
+}
+
+} // namespace heartbus::config
