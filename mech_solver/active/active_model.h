@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace heartbus::mech {
+
+/// A model of active force generation: a small system of ordinary differential equations at each point,
+///
+///     ds/dt = f(s, calcium, sarcomere length),   permissivity G(s) in [0, 1],   tension T = T_max G(s).
+///
+/// To add one: a header and a source here, a line in make_active_model, a unit test.
+class ActiveModel {
+ public:
+  virtual ~ActiveModel() = default;
+  virtual unsigned n_states() const = 0;
+  /// The resting state, `n_states` numbers.
+  virtual std::vector<double> initial_state() const = 0;
+  /// f(s), for tests and for those who bring their own integrator; calcium [uM], sarcomere length [um], result [1/s].
+  virtual void rate(const double *s, double calcium, double sarcomere_length, double *ds) const = 0;
+  /// One step of the model's own integrator at one point.
+  virtual void advance(double dt, double calcium, double sarcomere_length, double *s) const = 0;
+  virtual double permissivity(const double *s) const = 0;
+};
+
+/// "rdq18_ann"; Failure(scene) lists what there is otherwise.
+std::unique_ptr<ActiveModel> make_active_model(const std::string &name);
+
+} // namespace heartbus::mech
