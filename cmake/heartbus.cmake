@@ -42,7 +42,7 @@ function(heartbus_library name)
     list(FILTER files EXCLUDE REGEX "_solver/parameters\\.cpp$")
   endif()
   if(NOT name STREQUAL "models")
-    list(FILTER files EXCLUDE REGEX "/(ionic|constitutive|active)/")
+    list(FILTER files EXCLUDE REGEX "/(ionic|constitutive|active)/|/fluid_solver/(valves|navier_stokes_kernel)\\.cpp$")
   endif()
   # Compute kernels hold no deal.II type: they get -O3, and no precompiled header.
   set(kernels ${files})

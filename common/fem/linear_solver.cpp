@@ -71,9 +71,16 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
   throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, ic, amg");
 }
 
-LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
-                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
-                              unsigned max_iterations) {
+namespace {
+
+struct OperatorMatrix {
+  const Operator &apply;
+  void vmult(Vector &y, const Vector &x) const { apply(y, x); }
+};
+
+template <class Matrix>
+LinearStatistics solve(const std::string &what, const std::string &method, const Matrix &A, Vector &x, const Vector &b,
+                       const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {
   const double norm = b.l2_norm();
   if (!std::isfinite(norm))
     throw Failure(ExitCode::not_finite, what + ": the right-hand side is not finite");
@@ -96,6 +103,20 @@ LinearStatistics solve_linear(const std::string &what, const std::string &method
     throw Failure(std::isfinite(e.last_residual) ? ExitCode::not_converged : ExitCode::not_finite, message.str());
   }
   return {control.last_step(), control.initial_value(), control.last_value()};
+}
+
+} // namespace
+
+LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
+                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
+                              unsigned max_iterations) {
+  return solve(what, method, A, x, b, preconditioner, tolerance, max_iterations);
+}
+
+LinearStatistics solve_linear(const std::string &what, const std::string &method, const Operator &A, Vector &x,
+                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
+                              unsigned max_iterations) {
+  return solve(what, method, OperatorMatrix{A}, x, b, preconditioner, tolerance, max_iterations);
 }
 
 } // namespace heartbus::fem

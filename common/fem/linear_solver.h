@@ -2,6 +2,7 @@
 
 #include "common/fem/nodal_matrix.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,12 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
 /// Solves A x = b to |b - A x| <= tolerance * |b| starting from x. `method` "cg" or "gmres". Zero b gives zero x.
 /// Throws Failure(not_converged) naming `what`, the iterations and the residual reached; Failure(not_finite) on NaN.
 LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
+                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
+                              unsigned max_iterations = 500);
+
+/// The same for an operator y = A x that is not a matrix, e.g. a matrix plus a dense term of low rank.
+using Operator = std::function<void(Vector &y, const Vector &x)>;
+LinearStatistics solve_linear(const std::string &what, const std::string &method, const Operator &A, Vector &x,
                               const Vector &b, const Preconditioner &preconditioner, double tolerance,
                               unsigned max_iterations = 500);
 

@@ -1,0 +1,59 @@
+#include "fluid_solver/valves.h"
+
+#include <cstdio>
+
+namespace heartbus::fluid {
+namespace {
+
+std::string sentence(const char *format, double a, double b) {
+  char text[160];
+  std::snprintf(text, sizeof text, format, a, b);
+  return text;
+}
+
+} // namespace
+
+const std::vector<std::string> &Valves::phase_names() {
+  static const std::vector<std::string> names{"isovolumetric contraction", "ejection", "isovolumetric relaxation",
+                                              "filling", "diastasis"};
+  return names;
+}
+
+std::optional<std::string> Valves::update(double t, double pressure, double mitral_flow, double aortic_flow) {
+  if (t - last_switch_ < rules_.blanking)
+    return {};
+  const auto reason = decide(t, pressure, mitral_flow, aortic_flow);
+  if (reason)
+    last_switch_ = t;
+  return reason;
+}
+
+/// Both valves are never open at once: an open one must close before the other may open.
+std::optional<std::string> Valves::decide(double t, double pressure, double mitral_flow, double aortic_flow) {
+  if (phase_ == ejection) {
+    if (aortic_flow > 0)
+      return {};
+    phase_ = isovolumetric_relaxation;
+    return sentence("aortic valve closes: its flow %.3g mL/s is not outwards (pressure %.5g Pa)", 1e6 * aortic_flow,
+                    pressure);
+  }
+  if (phase_ == filling) {
+    if (mitral_flow > 0)
+      return {};
+    phase_ = diastasis;
+    return sentence("mitral valve closes: its flow %.3g mL/s is not inwards (pressure %.5g Pa)", 1e6 * mitral_flow,
+                    pressure);
+  }
+  if (pressure > rules_.aortic_pressure + rules_.hysteresis) {
+    phase_ = ejection;
+    return sentence("aortic valve opens: pressure %.6g Pa exceeds the aorta's %.6g Pa", pressure, rules_.aortic_pressure);
+  }
+  if (pressure < rules_.mitral_pressure - rules_.hysteresis && t >= rules_.mitral_guard) {
+    phase_ = filling;
+    return sentence("mitral valve opens: pressure %.6g Pa is below the atrium's %.6g Pa", pressure,
+                    rules_.mitral_pressure);
+  }
+  return {};
+}
+
+} // namespace heartbus::fluid

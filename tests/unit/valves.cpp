@@ -1,0 +1,72 @@
+#include "fluid_solver/valves.h"
+
+#include <gtest/gtest.h>
+
+using heartbus::fluid::Valves;
+
+namespace {
+
+struct Script : testing::Test {
+  heartbus::fluid::ValveRules rules;
+  Valves valves{rules};
+  const double flow = 1e-4; // m^3/s
+
+  void expect_open(bool mitral, bool aortic) {
+    EXPECT_EQ(valves.mitral_open(), mitral);
+    EXPECT_EQ(valves.aortic_open(), aortic);
+  }
+};
+
+TEST_F(Script, RunsThroughTheFivePhasesOfABeat) {
+  EXPECT_EQ(valves.phase(), Valves::isovolumetric_contraction);
+  EXPECT_FALSE(valves.update(0.08, 8900, 0, 0));
+  EXPECT_TRUE(valves.update(0.09, 9011, 0, 0));
+  expect_open(false, true);
+  EXPECT_FALSE(valves.update(0.20, 15000, 0, 4 * flow));
+  EXPECT_TRUE(valves.update(0.35, 9500, 0, -1e-9));
+  EXPECT_EQ(valves.phase(), Valves::isovolumetric_relaxation);
+  expect_open(false, false);
+  EXPECT_FALSE(valves.update(0.40, 5000, 0, 0));
+  EXPECT_TRUE(valves.update(0.47, 1320, 0, 0));
+  EXPECT_EQ(valves.phase(), Valves::filling);
+  expect_open(true, false);
+  EXPECT_FALSE(valves.update(0.60, 1200, 2 * flow, 0));
+  EXPECT_TRUE(valves.update(0.70, 1340, 0, 0));
+  EXPECT_EQ(valves.phase(), Valves::diastasis);
+  expect_open(false, false);
+  EXPECT_TRUE(valves.update(0.90, 9100, 0, 0));
+  EXPECT_EQ(valves.phase(), Valves::ejection);
+}
+
+TEST_F(Script, OpensOnlyBeyondTheHysteresis) {
+  EXPECT_FALSE(valves.update(0.1, rules.aortic_pressure + 9.9, 0, 0));
+  EXPECT_FALSE(valves.update(0.1, rules.mitral_pressure - 9.9, 0, 0));
+  EXPECT_TRUE(valves.update(0.1, rules.mitral_pressure - 10.1, 0, 0));
+}
+
+TEST_F(Script, DoesNotSwitchTwiceWithinTheBlankingTime) {
+  ASSERT_TRUE(valves.update(0.1, 9011, 0, 0));
+  EXPECT_FALSE(valves.update(0.1049, 8000, 0, -flow));
+  EXPECT_TRUE(valves.update(0.1051, 8000, 0, -flow));
+}
+
+TEST_F(Script, SwitchesAtMostOnceAStep) {
+  ASSERT_TRUE(valves.update(0.1, 9011, 0, 0));
+  ASSERT_TRUE(valves.update(0.2, 1000, 0, -flow)); // closes, and does not open the other valve at once
+  expect_open(false, false);
+}
+
+TEST_F(Script, KeepsTheMitralValveClosedAtTheStart) {
+  EXPECT_FALSE(valves.update(0.0199, 1300, 0, 0));
+  expect_open(false, false);
+  EXPECT_TRUE(valves.update(0.0201, 1300, 0, 0));
+}
+
+TEST_F(Script, SaysWhichRuleFired) {
+  EXPECT_NE(valves.update(0.1, 9011, 0, 0)->find("aortic valve opens: pressure 9011 Pa"), std::string::npos);
+  EXPECT_NE(valves.update(0.2, 9011, 0, -flow)->find("aortic valve closes: its flow -100 mL/s"), std::string::npos);
+}
+
+TEST_F(Script, HasANameForEachPhase) { EXPECT_EQ(Valves::phase_names().size(), Valves::diastasis + 1u); }
+
+} // namespace
