@@ -1,0 +1,157 @@
+#include "common/schema/scene.h"
+
+#include "common/bus/failure.h"
+#include "common/config/nearest.h"
+#include "common/config/printer.h"
+#include "common/config/reader.h"
+#include "common/config/units.h"
+
+#include <cmath>
+
+namespace heartbus {
+
+namespace {
+
+bool is_multiple(double whole, double part) {
+  const double ratio = whole / part;
+  return std::abs(ratio - std::round(ratio)) < 1e-6 * std::max(1.0, ratio);
+}
+
+// The full path of a key given by the end of it.
+std::string full_path(const std::string &key, const std::vector<std::string> &paths) {
+  std::vector<std::string> found, last_words;
+  for (const auto &path : paths) {
+    if (path == key)
+      return path;
+    if (path.size() > key.size() && path.compare(path.size() - key.size() - 1, std::string::npos, "." + key) == 0)
+      found.push_back(path);
+    last_words.push_back(path.substr(path.rfind('.') + 1));
+  }
+  if (found.size() == 1)
+    return found[0];
+  if (found.size() > 1)
+    throw Failure(ExitCode::scene, "--set " + key + ": the key is not unique; write one of " + config::joined(found));
+  if (key.find('.') != std::string::npos)
+    return key; // the reader will say which part of it is unknown
+  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown;" + config::did_you_mean(key, last_words) +
+                                     " 'coupler --print-defaults' lists all keys");
+}
+
+config::Describe describe(SceneParameters &scene) {
+  return [&scene](config::Section &section) { scene.describe(section); };
+}
+
+SceneParameters read(const config::Node &root) {
+  SceneParameters scene;
+  config::read(root, describe(scene));
+  return scene;
+}
+
+} // namespace
+
+int TimeParameters::n_steps() const { return static_cast<int>(std::lround(end / step)); }
+
+void TimeParameters::describe(config::Section &s) {
+  s.quantity("end", end, "s", config::positive, "end of the run");
+  s.quantity("step", step, "s", config::positive, "time step, the same for all participants");
+  if (!is_multiple(end, step))
+    s.fail("step", "must divide 'end' (" + config::shortest(end) + " s) into whole steps");
+}
+
+void CouplingParameters::describe(config::Section &s) {
+  s.choice("scheme", scheme, {"EFS1", "E1FS", "electromechanics"}, "coupling scheme");
+  s.integer("iterations", iterations, {1, 1000}, "Robin-Neumann iterations of E1FS in each step");
+  s.quantity("alpha", alpha, "kg/(m^2 s)", config::positive, "Robin coefficient of the fluid at the interface");
+  s.quantity("deadline", deadline, "s", config::positive, "longest time anybody waits for anybody");
+  if (scheme != "E1FS" && iterations != 1)
+    s.fail("iterations", scheme + " has one iteration; 'scheme: E1FS' may have more");
+}
+
+void ParticipantParameters::describe(config::Section &s) {
+  s.text("program", program, "executable, beside the coupler or on the PATH");
+  s.integer("ranks", ranks, {1, 100000}, "MPI processes");
+  config::Section &block = s.section("settings", "free keys, for programs from elsewhere");
+  for (const auto &key : block.free_keys())
+    settings[key];
+  for (auto &[key, value] : settings)
+    block.text(key, value, "");
+}
+
+bool OutputParameters::due(int step_number, double step_size) const {
+  return every > 0 && step_number % std::lround(every / step_size) == 0;
+}
+
+void OutputParameters::describe(config::Section &s) {
+  s.quantity("every", every, "s", config::non_negative, "interval between written fields; 0 s writes none");
+}
+
+SceneParameters::SceneParameters() {
+  for (const char *participant : {"ep", "mech", "ale", "fluid"})
+    participants[participant].program = participant + std::string("_solver");
+}
+
+void SceneParameters::describe(config::Section &s) {
+  s.text("scene", name, "name of the scene and of its folder of results");
+  geometry.describe(s.section("geometry", "shape and meshes"));
+  fibres.describe(s.section("fibres", "fibre directions in the wall"));
+  time.describe(s.section("time", "time steps"));
+  coupling.describe(s.section("coupling", "how the participants take turns"));
+
+  config::Section &who = s.section("participants", "who takes part");
+  if (const auto names = who.free_keys(); !names.empty()) {
+    const auto usual = participants;
+    participants.clear();
+    for (const auto &participant : names)
+      if (const auto known = usual.find(participant); known != usual.end())
+        participants.insert(*known);
+      else
+        participants[participant];
+  }
+  for (auto &[participant, parameters] : participants) {
+    parameters.describe(who.section(participant, ""));
+    if (parameters.program.empty())
+      who.fail(participant, "has no 'program'");
+  }
+
+  ep.describe(s.section("electrophysiology", "electrical activity"));
+  mech.describe(s.section("mechanics", "motion of the wall"));
+  ale.describe(s.section("lifting", "motion of the fluid's mesh"));
+  fluid.describe(s.section("fluid", "blood"));
+  output.describe(s.section("output", "what is written"));
+  check_consistency(s);
+}
+
+void SceneParameters::check_consistency(config::Section &s) const {
+  if (output.every > 0 && !is_multiple(output.every, time.step))
+    s.fail("output", "'every' (" + config::shortest(output.every) + " s) must be a multiple of 'time.step' (" +
+                         config::shortest(time.step) + " s)");
+  if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
+    s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
+  if (has("mech") && has("fluid") && !has("ale"))
+    s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
+  if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
+    s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");
+}
+
+SceneParameters read_scene(const std::string &text, const std::string &file_name) {
+  return read(config::parse_yaml(text, file_name));
+}
+
+SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings) {
+  config::Node root = config::load_yaml(file_name);
+  SceneParameters scene = read(root);
+  if (settings.empty())
+    return scene;
+  const auto paths = config::key_paths(describe(scene));
+  for (const auto &setting : settings) {
+    const std::size_t sign = setting.find('=');
+    if (sign == std::string::npos || sign == 0)
+      throw Failure(ExitCode::scene, "--set " + setting + ": write key=value");
+    config::set_value(root, full_path(setting.substr(0, sign), paths), setting.substr(sign + 1), "--set " + setting);
+  }
+  return read(root);
+}
+
+std::string print_scene(SceneParameters scene) { return config::print(describe(scene)); }
+
+} // namespace heartbus

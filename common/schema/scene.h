@@ -1,0 +1,78 @@
+#pragma once
+
+#include "ale_solver/parameters.h"
+#include "common/config/node.h"
+#include "common/config/section.h"
+#include "common/geometry/parameters.h"
+#include "ep_solver/parameters.h"
+#include "fluid_solver/parameters.h"
+#include "mech_solver/parameters.h"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace heartbus {
+
+struct TimeParameters {
+  double end = 0.8;     ///< [s]
+  double step = 0.2e-3; ///< [s]
+  int n_steps() const;
+  void describe(config::Section &section);
+};
+
+struct CouplingParameters {
+  std::string scheme = "EFS1"; ///< EFS1, E1FS (with `iterations`), electromechanics
+  int iterations = 1;          ///< k of E1FSk
+  double alpha = 5000;         ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
+  double deadline = 300;       ///< longest wait for anybody [s]
+  void describe(config::Section &section);
+};
+
+struct ParticipantParameters {
+  std::string program; ///< name of an executable, beside the coupler or on the PATH, or its path
+  int ranks = 1;
+  std::map<std::string, std::string> settings; ///< for programs from elsewhere; ours take none
+  void describe(config::Section &section);
+};
+
+struct OutputParameters {
+  double every = 10e-3; ///< interval between written fields [s]; 0: none
+  /// Whether fields are written after this step (0 is the start block).
+  bool due(int step_number, double step_size) const;
+  void describe(config::Section &section);
+};
+
+/// Everything a scene says, whoever it is for.
+struct SceneParameters {
+  std::string name = "scene";
+  geometry::Parameters geometry;
+  geometry::FibreParameters fibres;
+  TimeParameters time;
+  CouplingParameters coupling;
+  std::map<std::string, ParticipantParameters> participants; ///< by name: ep, mech, ale, fluid, ...
+  ep::Parameters ep;
+  mech::Parameters mech;
+  ale::Parameters ale;
+  fluid::Parameters fluid;
+  OutputParameters output;
+
+  SceneParameters();
+  bool has(const std::string &participant) const { return participants.count(participant) > 0; }
+  void describe(config::Section &section);
+
+ private:
+  void check_consistency(config::Section &section) const;
+};
+
+/// Reads a scene from its text, as every participant gets it from the coupler. Throws Failure(scene).
+SceneParameters read_scene(const std::string &text, const std::string &file_name);
+
+/// Reads a scene file and lays settings "path=value" over it, where the path may be shortened as long as its end is
+/// unique ("alpha=8000 kg/(m^2 s)", "mech.ranks=2"). Throws Failure(scene) or Failure(file).
+SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings);
+
+/// The scene with all its values, units and their meaning, as text that reads back to the same scene.
+std::string print_scene(SceneParameters scene);
+
+} // namespace heartbus

@@ -1,0 +1,69 @@
+#include "common/schema/scene.h"
+#include "common/bus/failure.h"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+using namespace heartbus;
+
+namespace {
+
+std::string complaint(const std::string &text, const std::vector<std::string> &settings = {}) {
+  const auto file = std::filesystem::temp_directory_path() / ("heartbus_scene_" + std::to_string(getpid()) + ".yaml");
+  std::ofstream(file) << text;
+  std::string message;
+  try {
+    load_scene(file.string(), settings);
+  } catch (const Failure &failure) {
+    message = failure.what();
+  }
+  std::filesystem::remove(file);
+  return message;
+}
+
+} // namespace
+
+TEST(Scene, TheDefaultSceneReadsBackFromItsOwnPrint) {
+  const std::string text = print_scene({});
+  EXPECT_EQ(print_scene(read_scene(text, "print")), text);
+}
+
+TEST(Scene, OnlyTheListedParticipantsTakePart) {
+  const SceneParameters scene =
+      read_scene("participants:\n  mech: {ranks: 2}\n  mine: {program: ./x, settings: {a: 1 b}}\n"
+                 "coupling: {scheme: electromechanics}\n",
+                 "scene");
+  EXPECT_EQ(scene.participants.size(), 2u);
+  EXPECT_EQ(scene.participants.at("mech").program, "mech_solver");
+  EXPECT_EQ(scene.participants.at("mine").settings.at("a"), "1 b");
+}
+
+TEST(Scene, KeysOnTheCommandLineMayBeShortenedWhileTheyAreUnique) {
+  EXPECT_EQ(complaint("scene: a", {"alpha=8000 kg/(m^2 s)", "mech.ranks=2", "time.end=1 ms"}), "");
+  EXPECT_NE(complaint("scene: a", {"ranks=2"}).find("--set ranks: the key is not unique"), std::string::npos);
+  EXPECT_NE(complaint("scene: a", {"alhpa=2"}).find("did you mean 'alpha'?"), std::string::npos);
+  EXPECT_NE(complaint("scene: a", {"alpha=2"}).find("--set alpha=2: key 'coupling.alpha': '2' has no unit"),
+            std::string::npos);
+  EXPECT_NE(complaint("scene: a", {"alpha"}).find("write key=value"), std::string::npos);
+}
+
+TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
+  EXPECT_NE(complaint("time: {end: 1 ms, step: 0.3 ms}").find("key 'time.step'"), std::string::npos);
+  EXPECT_NE(complaint("output: {every: 0.3 ms}").find("must be a multiple of 'time.step'"), std::string::npos);
+  EXPECT_NE(complaint("coupling: {scheme: electromechanics}").find("no participants 'fluid'"), std::string::npos);
+  EXPECT_NE(complaint("coupling: {iterations: 2}").find("EFS1 has one iteration"), std::string::npos);
+  EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
+  EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
+}
+
+TEST(Scene, FieldsAreDueAtMultiplesOfTheirInterval) {
+  OutputParameters output;
+  output.every = 1e-3;
+  EXPECT_TRUE(output.due(0, 2e-4));
+  EXPECT_FALSE(output.due(4, 2e-4));
+  EXPECT_TRUE(output.due(5, 2e-4));
+  output.every = 0;
+  EXPECT_FALSE(output.due(5, 2e-4));
+}
