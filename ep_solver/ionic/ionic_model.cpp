@@ -1,0 +1,38 @@
+#include "ep_solver/ionic/ionic_model.h"
+
+#include "common/bus/failure.h"
+#include "ep_solver/ionic/ionic_models.h"
+
+namespace heartbus::ep {
+
+#define HEARTBUS_DECLARE(name, make) std::unique_ptr<IonicModel> make();
+HEARTBUS_IONIC_MODELS(HEARTBUS_DECLARE)
+#undef HEARTBUS_DECLARE
+
+std::unique_ptr<IonicModel> make_ionic_model(const std::string &name) {
+  std::string known;
+#define HEARTBUS_MAKE(known_name, make)                                                                                \
+  if (name == known_name)                                                                                              \
+    return make();                                                                                                     \
+  known += std::string(known.empty() ? "" : ", ") + known_name;
+  HEARTBUS_IONIC_MODELS(HEARTBUS_MAKE)
+#undef HEARTBUS_MAKE
+  throw Failure(ExitCode::scene, "there is no ionic model \"" + name + "\"; known are " + known);
+}
+
+std::vector<fem::Lanes> IonicModel::uniform_states(std::size_t n_nodes, const std::vector<double> &states) const {
+  std::vector<fem::Lanes> blocks;
+  blocks.reserve(n_blocks(n_nodes) * n_states());
+  for (std::size_t block = 0; block < n_blocks(n_nodes); ++block)
+    for (const double state : states)
+      blocks.push_back(fem::lanes(state));
+  return blocks;
+}
+
+void IonicModel::get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> &states, double *calcium) const {
+  for (std::size_t node = 0; node < n_nodes; ++node)
+    calcium[node] =
+        calcium_to_micromolar() * states[node / fem::n_lanes * n_states() + calcium_state()][node % fem::n_lanes];
+}
+
+} // namespace heartbus::ep

@@ -1,0 +1,96 @@
+#include "ep_solver/ionic/ttp06.h"
+
+#include "ep_solver/ionic/ionic_model.h"
+
+#include <algorithm>
+
+namespace heartbus::ep {
+
+namespace {
+
+using namespace ttp06;
+using fem::Lanes;
+using fem::n_lanes;
+
+/// v [mV], then the states in the order of ttp06::State.
+using Row = std::array<double, 1 + n_states>;
+
+struct InitialStates {
+  Row published;   ///< of the CellML versions of the model
+  Row limit_cycle; ///< beat 800 at a cycle length of 800 ms, recomputed by `prepace ttp06_...`
+};
+
+const InitialStates epi_states{{-85.23, 0.00621, 0.4712, 0.0095, 0.00172, 0.7444, 0.7045, 3.373e-5, 0.7888, 0.9755,
+                                0.9953, 0.999998, 2.42e-8, 1.26e-4, 3.64, 3.6e-4, 0.9073, 8.604, 136.89},
+                               {-85.1248391, 0.000260079027, 0.470084054, 0.00357595402, 0.00175414033, 0.741960212,
+                                0.739085273, 3.41984092e-05, 0.93916143, 0.998433861, 0.999819289, 0.999997794,
+                                2.45972904e-08, 0.000115520872, 3.96989847, 0.000255632624, 0.974708807, 10.6742934,
+                                134.209452}};
+const InitialStates endo_states{{-86.709, 0.00448, 0.476, 0.0087, 0.00155, 0.7573, 0.7225, 3.164e-5, 0.8009, 0.9778,
+                                 0.9953, 0.3212, 2.235e-8, 1.3e-4, 3.715, 3.6e-4, 0.9068, 10.355, 138.4},
+                                {-85.784446, 0.000218695436, 0.476935629, 0.00343140807, 0.0015246972, 0.759755108,
+                                 0.757548433, 3.13192919e-05, 0.939561256, 0.998479371, 0.999814616, 0.532016878,
+                                 2.203641e-08, 0.000113044633, 3.8583592, 0.000250790411, 0.974608811, 10.434665,
+                                 137.733289}};
+const InitialStates mid_states{{-85.423, 0.0165, 0.473, 0.0174, 0.00165, 0.749, 0.6788, 3.288e-5, 0.7026, 0.9526,
+                                0.9942, 0.999998, 2.347e-8, 1.53e-4, 4.272, 4.2e-4, 0.8978, 10.132, 138.52},
+                               {-85.6292714, 0.000378321748, 0.475321327, 0.00432845473, 0.00157587754, 0.75561118,
+                                0.749789863, 3.19743681e-05, 0.896211141, 0.996227257, 0.999738869, 0.999998005,
+                                2.26167641e-08, 0.000126019073, 4.53301642, 0.000280376981, 0.970978292, 10.019444,
+                                137.981954}};
+
+HEARTBUS_SIMD void step_blocks(const CellType &cell, std::size_t n_nodes, const double *v, const Lanes *states_n,
+                               Lanes *states_np1, double dt, double *i_ion) {
+  States<Lanes> y_n, y_np1;
+  for (std::size_t first = 0; first < n_nodes; first += n_lanes) {
+    const unsigned n = std::min<std::size_t>(n_lanes, n_nodes - first);
+    Lanes v_mV;
+    for (unsigned i = 0; i < n_lanes; ++i)
+      v_mV[i] = 1e3 * v[first + std::min(i, n - 1)];
+    const std::size_t block = first / n_lanes * n_states;
+    std::copy_n(states_n + block, n_states, y_n.begin());
+    const Lanes I = step(cell, v_mV, y_n, y_np1, 1e3 * dt);
+    std::copy_n(y_np1.begin(), n_states, states_np1 + block);
+    for (unsigned i = 0; i < n; ++i)
+      i_ion[first + i] = I[i];
+  }
+}
+
+class TTP06 : public IonicModel {
+ public:
+  TTP06(const CellType &cell, const InitialStates &initial) : cell_(cell), initial_(initial) {}
+
+  unsigned n_states() const override { return ttp06::n_states; }
+  unsigned calcium_state() const override { return Ca_i; }
+  double calcium_to_micromolar() const override { return 1e3; }
+
+  CellState initial_state(const std::string &kind) const override {
+    const Row &row = kind == "published" ? initial_.published : initial_.limit_cycle;
+    return {1e-3 * row[0], {row.begin() + 1, row.end()}};
+  }
+
+  void step(std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1, double dt,
+            double *i_ion) const override {
+    step_blocks(cell_, n_nodes, v, states_n, states_np1, dt, i_ion);
+  }
+
+  double step_cell(double v, std::vector<double> &states, double dt, double i_app) const override {
+    States<double> y_n, y_np1;
+    std::copy_n(states.begin(), ttp06::n_states, y_n.begin());
+    const double I = ttp06::step(cell_, 1e3 * v, y_n, y_np1, 1e3 * dt, i_app);
+    std::copy_n(y_np1.begin(), ttp06::n_states, states.begin());
+    return I;
+  }
+
+ private:
+  const CellType &cell_;
+  const InitialStates &initial_;
+};
+
+} // namespace
+
+std::unique_ptr<IonicModel> make_ttp06_epi() { return std::make_unique<TTP06>(epi, epi_states); }
+std::unique_ptr<IonicModel> make_ttp06_endo() { return std::make_unique<TTP06>(endo, endo_states); }
+std::unique_ptr<IonicModel> make_ttp06_mid() { return std::make_unique<TTP06>(mid, mid_states); }
+
+} // namespace heartbus::ep
