@@ -1,0 +1,17 @@
+#pragma once
+
+#include "common/geometry/mesh.h"
+#include "common/geometry/parameters.h"
+
+namespace heartbus::geometry {
+
+/// The mesh of the solid. Labels: ventricle `interface`, `epicardium`, `base`; tube `interface`, `outer`, `ends`;
+/// piston `interface` (top), x_low, x_high, y_low, y_high, z_low; slab x_low .. z_high.
+Mesh make_solid(const Parameters &parameters);
+
+/// The mesh of the fluid at rest; on `interface` its nodes are those of the solid, bit by bit. Labels: ventricle
+/// `interface`, `base`, `mitral`, `aortic`; tube `interface`, `inlet`, `outlet`; piston `interface` (bottom), x_low,
+/// x_high, y_low, y_high, z_high. Failure(scene) for shapes without fluid.
+Mesh make_fluid(const Parameters &parameters);
+
+} // namespace heartbus::geometry
