@@ -12,6 +12,8 @@ target_compile_options(heartbus_options INTERFACE -Wall -Wextra -Werror -Wno-psa
 
 add_library(heartbus_dealii INTERFACE)
 target_include_directories(heartbus_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DIRS})
+# deal.II's headers call into the libraries behind it (Trilinos, TBB, p4est); let the linker find them through deal.II.
+target_link_options(heartbus_dealii INTERFACE -Wl,--copy-dt-needed-entries)
 if(CMAKE_BUILD_TYPE STREQUAL "Debug")
   target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
   target_compile_definitions(heartbus_dealii INTERFACE DEBUG BOOST_NO_AUTO_PTR)

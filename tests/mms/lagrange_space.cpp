@@ -1,0 +1,125 @@
+#include "common/fem/lagrange_space.h"
+#include "common/fem/linear_solver.h"
+#include "common/fem/nodal_matrix.h"
+#include "common/geometry/mesh_tools.h"
+#include "common/geometry/shapes.h"
+#include "mpi_test_main.h"
+
+using namespace heartbus;
+using fem::Lanes;
+using fem::n_lanes;
+
+namespace {
+
+double global_sum(double x) { return dealii::Utilities::MPI::sum(x, MPI_COMM_WORLD); }
+
+void assemble_laplace(const fem::LagrangeSpace &space, fem::NodalMatrix &A) {
+  const unsigned n = space.nodes_per_cell();
+  std::vector<Lanes> K(n * n);
+  A.clear();
+  for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
+    std::fill(K.begin(), K.end(), Lanes{});
+    for (unsigned q = 0; q < space.n_q(); ++q) {
+      const Lanes *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
+      for (unsigned a = 0; a < n; ++a)
+        for (unsigned b = 0; b < n; ++b)
+          K[a * n + b] += w * (g[3 * a] * g[3 * b] + g[3 * a + 1] * g[3 * b + 1] + g[3 * a + 2] * g[3 * b + 2]);
+    }
+    A.add_batch(batch, K.data());
+  }
+}
+
+double exact(const geometry::Point3 &x) { return std::sin(2 * x[0]) * std::cos(3 * x[1]) * std::exp(x[2]); }
+
+/// L2 error of -Lap u = (4 + 9 - 1) u with the exact solution on the whole boundary.
+double poisson_error(const geometry::Mesh &mesh, unsigned refinements, unsigned degree) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, refinements, degree);
+  const unsigned n = space.nodes_per_cell();
+  fem::NodalMatrix A(space, 1);
+  std::vector<std::uint8_t> constrained(space.n_local_nodes());
+  for (const auto &label : space.labels()) {
+    const auto on = space.nodes_on(label);
+    for (unsigned i = 0; i < on.size(); ++i)
+      constrained[i] |= on[i];
+  }
+  fem::Vector u = space.make_vector(1), b = space.make_vector(1), correction = space.make_vector(1);
+  for (unsigned i = 0; i < space.n_local_nodes(); ++i)
+    u.begin()[i] = constrained[i] ? exact(space.points()[i]) : 0.0;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < space.n_q() && space.slot_used(slot); ++q)
+      for (unsigned a = 0; a < n; ++a)
+        if (const unsigned node = space.cell_nodes(slot)[a]; node < space.n_owned_nodes()) {
+          const double w = space.JxW(slot / n_lanes)[q][slot % n_lanes];
+          b.local_element(node) += w * space.shapes()[q * n + a] * 12 * exact(space.quadrature_point(slot, q));
+        }
+  // Without constraints for the residual of the boundary values, with them for the correction.
+  assemble_laplace(space, A);
+  fem::Vector Au = space.make_vector(1);
+  A.vmult(Au, u);
+  b -= Au;
+  fem::zero_constrained(b, constrained);
+  A.set_constraints(constrained);
+  assemble_laplace(space, A);
+  solve_linear("Poisson", "cg", A, correction, b, *fem::make_preconditioner("amg", A), 1e-10);
+  u += correction;
+  u.update_ghost_values();
+  double error = 0;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < space.n_q() && space.slot_owned(slot); ++q) {
+      double value = -exact(space.quadrature_point(slot, q));
+      for (unsigned a = 0; a < n; ++a)
+        value += space.shapes()[q * n + a] * u.begin()[space.cell_nodes(slot)[a]];
+      error += space.JxW(slot / n_lanes)[q][slot % n_lanes] * value * value;
+    }
+  return std::sqrt(global_sum(error));
+}
+
+} // namespace
+
+TEST(LagrangeSpace, MeasuresVolumeAndSurfaceOfABox) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 2, 3}, {3, 2, 4}), 1);
+  double volume = 0, area = 0;
+  for (unsigned batch = 0; batch < space.n_owned_batches(); ++batch)
+    for (unsigned q = 0; q < space.n_q(); ++q)
+      for (unsigned lane = 0; lane < n_lanes; ++lane)
+        volume += space.JxW(batch)[q][lane];
+  const auto top = space.faces("z_high");
+  for (unsigned f = 0; f < top.n_faces; ++f)
+    for (unsigned q = 0; q < top.n_q; ++q) {
+      EXPECT_NEAR(top.normals[(f * top.n_q + q) * 3 + 2], 1, 1e-14);
+      area += top.owned[f] ? top.JxW[f * top.n_q + q] : 0;
+    }
+  EXPECT_EQ(space.n_global_cells(), 3u * 2 * 4 * 8);
+  EXPECT_NEAR(global_sum(volume), 6, 1e-13);
+  EXPECT_NEAR(global_sum(area), 2, 1e-13);
+}
+
+TEST(NodalMatrix, RowsAreCompleteWithoutCommunication) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4}));
+  fem::NodalMatrix A(space, 1);
+  assemble_laplace(space, A);
+  fem::Vector x = space.make_vector(1), y = space.make_vector(1);
+  for (unsigned i = 0; i < space.n_owned_nodes(); ++i)
+    x.local_element(i) = space.points()[i][0];
+  A.vmult(y, x); // grad x . grad x integrated: the area, once at each end
+  EXPECT_NEAR(x * y, 1, 1e-13);
+  x = 1;
+  A.vmult(y, x);
+  EXPECT_LT(y.linfty_norm(), 1e-13);
+}
+
+TEST(LagrangeSpace, PoissonConvergesWithOrderTwoOnHexahedra) {
+  const auto box = geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4});
+  const double coarse = poisson_error(box, 0, 1), fine = poisson_error(box, 1, 1);
+  EXPECT_NEAR(std::log2(coarse / fine), 2, 0.15);
+}
+
+TEST(LagrangeSpace, PoissonConvergesWithOrderTwoAndThreeOnTetrahedra) {
+  const auto mesh = [](unsigned n) {
+    return geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}));
+  };
+  EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(8), 0, 1)), 2, 0.2);
+  EXPECT_NEAR(std::log2(poisson_error(mesh(3), 0, 2) / poisson_error(mesh(6), 0, 2)), 3, 0.3);
+}
+
+int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
