@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <mpi.h>
 #include <string>
 #include <vector>
@@ -11,14 +12,15 @@ namespace heartbus::io {
 /// A distributed mesh as the writer sees it, deal.II-free: owned nodes with contiguous global numbers, owned cells.
 struct OutputMesh {
   std::uint64_t first_owned_node = 0;
-  std::vector<std::array<double, 3>> points;  ///< [owned node], reference [m]
-  unsigned nodes_per_cell = 8;                ///< 8: hexahedra (lexicographic), 4: tetrahedra, 10: quadratic tetrahedra
-  std::vector<std::uint64_t> cells;           ///< owned cells, global node numbers
+  std::vector<std::array<double, 3>> points; ///< [owned node], reference [m]
+  unsigned nodes_per_cell = 8;               ///< 8: hexahedra (lexicographic), 4: tetrahedra, 10: quadratic tetrahedra
+  std::vector<std::uint64_t> cells;          ///< owned cells, global node numbers
 };
 
 /// A time series of nodal (and cell) fields for ParaView: FOLDER/NAME.xdmf describes FOLDER/NAME.h5. Everything is
 /// gathered on rank 0 of the communicator, which alone touches the file system; the XDMF file is complete after every
-/// write. Collective. Throws Failure(file).
+/// write. In the HDF5 file: `mesh/points`, `mesh/cells` (VTK's order of vertices) and a group of fields an instant,
+/// `000000`, `000001`, ..., with the attribute `time`; flushed after every instant. Collective. Throws Failure(file).
 class FieldWriter {
  public:
   FieldWriter(MPI_Comm communicator, const std::string &folder, const std::string &name, const OutputMesh &mesh);
@@ -34,7 +36,7 @@ class FieldWriter {
 
  private:
   struct Implementation;
-  Implementation *implementation_;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 } // namespace heartbus::io
