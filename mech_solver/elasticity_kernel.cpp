@@ -1,0 +1,210 @@
+#include "mech_solver/elasticity_kernel.h"
+
+#include "mech_solver/active/active_stress.h"
+
+namespace heartbus::mech {
+
+namespace {
+
+template <unsigned n>
+using NodeVectors = std::array<fem::Vec3<Lanes>, n>;
+
+/// Gradients in the fibre frame and F R = R + sum_a d_a x g_a at one quadrature point; returns J.
+template <unsigned n>
+HEARTBUS_INLINE Lanes deformation(const ElasticityCells &cells, unsigned q, NodeVectors<n> &g, Mat3<Lanes> &F) {
+  const Mat3<Lanes> &R = cells.frames[q];
+  const Lanes *gradients = cells.gradients + q * n * 3;
+  F = R;
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned j = 0; j < 3; ++j) {
+      g[a][j] = R[0][j] * gradients[3 * a] + R[1][j] * gradients[3 * a + 1] + R[2][j] * gradients[3 * a + 2];
+      for (unsigned i = 0; i < 3; ++i)
+        F[i][j] += cells.displacement[3 * a + i] * g[a][j];
+    }
+  return fem::determinant(F) * fem::determinant(R); // the frame may be left-handed
+}
+
+template <unsigned n>
+HEARTBUS_INLINE Lanes interpolate(const ElasticityCells &cells, unsigned q, const Lanes *values, unsigned stride = 1) {
+  Lanes sum{};
+  for (unsigned a = 0; a < n; ++a)
+    sum += cells.shapes[q * n + a] * values[a * stride];
+  return sum;
+}
+
+HEARTBUS_INLINE void update(DeformationLimits &limits, const Lanes &J, const Lanes &exponent, const Lanes &weight) {
+  limits.J = (weight > 0.0) & (J < limits.J) ? J : limits.J;
+  limits.exponent = (weight > 0.0) & (exponent > limits.exponent) ? exponent : limits.exponent;
+}
+
+/// r_a += (F S g_a + N_a rho a) weight
+template <unsigned n>
+HEARTBUS_INLINE void add_forces(const ElasticityCells &cells, unsigned q, const NodeVectors<n> &g, const Mat3<Lanes> &F,
+                                const Symmetric<Lanes> &S, Lanes *r) {
+  const Lanes weight = cells.JxW[q];
+  const Mat3<Lanes> P = weight * (F * full(S));
+  for (unsigned i = 0; i < 3; ++i) {
+    const Lanes inertia = weight * interpolate<n>(cells, q, cells.inertia + i, 3);
+    for (unsigned a = 0; a < n; ++a)
+      r[3 * a + i] += P[i][0] * g[a][0] + P[i][1] * g[a][1] + P[i][2] * g[a][2] + cells.shapes[q * n + a] * inertia;
+  }
+}
+
+/// Blocks of the upper triangle only: K_ab += (g_a . A . g_b + N_a N_b mass I) weight, a <= b.
+template <unsigned n>
+HEARTBUS_INLINE void add_tangent(const ElasticityCells &cells, unsigned q, const NodeVectors<n> &g,
+                                 const std::array<std::array<Lanes, 9>, 9> &A, Lanes *K) {
+  const double *N = cells.shapes + q * n;
+  for (unsigned b = 0; b < n; ++b) {
+    const fem::Vec3<Lanes> gb = {cells.JxW[q] * g[b][0], cells.JxW[q] * g[b][1], cells.JxW[q] * g[b][2]};
+    Lanes Ag[9][3]; // [iJ][k]
+    for (unsigned row = 0; row < 9; ++row)
+      for (unsigned k = 0; k < 3; ++k)
+        Ag[row][k] = A[row][3 * k] * gb[0] + A[row][3 * k + 1] * gb[1] + A[row][3 * k + 2] * gb[2];
+    const Lanes mass = cells.mass * N[b] * cells.JxW[q];
+    for (unsigned a = 0; a <= b; ++a) {
+      Lanes *block = K + (a * n + b) * 9;
+      for (unsigned i = 0; i < 3; ++i) {
+        for (unsigned k = 0; k < 3; ++k)
+          block[3 * i + k] += g[a][0] * Ag[3 * i][k] + g[a][1] * Ag[3 * i + 1][k] + g[a][2] * Ag[3 * i + 2][k];
+        block[4 * i] += N[a] * mass;
+      }
+    }
+  }
+}
+
+template <unsigned n>
+HEARTBUS_INLINE void mirror_upper_triangle(Lanes *K) {
+  for (unsigned b = 0; b < n; ++b)
+    for (unsigned a = 0; a < b; ++a)
+      for (unsigned i = 0; i < 3; ++i)
+        for (unsigned k = 0; k < 3; ++k)
+          K[(b * n + a) * 9 + 3 * k + i] = K[(a * n + b) * 9 + 3 * i + k];
+}
+
+template <unsigned n, class Law>
+HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits) {
+  for (unsigned q = 0; q < cells.n_q; ++q) {
+    NodeVectors<n> g;
+    Mat3<Lanes> F;
+    Symmetric<Lanes> S;
+    const Lanes J = deformation<n>(cells, q, g, F);
+    const Symmetric<Lanes> C = right_cauchy_green(F);
+    law.stress(C, J, S);
+    S[0] += active_stress_ff(interpolate<n>(cells, q, cells.tension), C);
+    update(limits, J, law.exponent(C), cells.JxW[q]);
+    add_forces<n>(cells, q, g, F, S, r);
+  }
+}
+
+template <unsigned n, class Law>
+HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                                          DeformationLimits &limits) {
+  for (unsigned q = 0; q < cells.n_q; ++q) {
+    NodeVectors<n> g;
+    Mat3<Lanes> F;
+    Symmetric<Lanes> S;
+    Tangent<Lanes> D;
+    std::array<std::array<Lanes, 9>, 9> A;
+    const Lanes J = deformation<n>(cells, q, g, F);
+    const Symmetric<Lanes> C = right_cauchy_green(F);
+    law.stress_and_tangent(C, J, S, D);
+    add_active_stress(interpolate<n>(cells, q, cells.tension), C, S, D);
+    update(limits, J, law.exponent(C), cells.JxW[q]);
+    elasticity_tensor(F, S, D, A);
+    add_forces<n>(cells, q, g, F, S, r);
+    add_tangent<n>(cells, q, g, A, K);
+  }
+  mirror_upper_triangle<n>(K);
+}
+
+template <unsigned n>
+HEARTBUS_INLINE void active_force(const ElasticityCells &cells, Lanes *r) {
+  for (unsigned q = 0; q < cells.n_q; ++q) {
+    NodeVectors<n> g;
+    Mat3<Lanes> F;
+    deformation<n>(cells, q, g, F);
+    const Lanes S = active_stress_ff(interpolate<n>(cells, q, cells.tension), right_cauchy_green(F)) * cells.JxW[q];
+    for (unsigned a = 0; a < n; ++a)
+      for (unsigned i = 0; i < 3; ++i)
+        r[3 * a + i] += F[i][0] * S * g[a][0];
+  }
+}
+
+template <unsigned n>
+HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight) {
+  for (unsigned q = 0; q < cells.n_q; ++q) {
+    NodeVectors<n> g;
+    Mat3<Lanes> F;
+    deformation<n>(cells, q, g, F);
+    const Lanes I4f = fibre_stretch_squared(right_cauchy_green(F));
+    for (unsigned a = 0; a < n; ++a) {
+      const Lanes w = cells.shapes[q * n + a] * cells.JxW[q];
+      numerator[a] += I4f * w;
+      weight[a] += w;
+    }
+  }
+}
+
+} // namespace
+
+HEARTBUS_SIMD void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r,
+                                DeformationLimits &limits) {
+  // the number of nodes is a constant of the inner loops
+  if (cells.nodes_per_cell == 8)
+    residual<8>(law, cells, r, limits);
+  else if (cells.nodes_per_cell == 4)
+    residual<4>(law, cells, r, limits);
+  else
+    residual<10>(law, cells, r, limits);
+}
+
+HEARTBUS_SIMD void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r,
+                                DeformationLimits &limits) {
+  if (cells.nodes_per_cell == 8)
+    residual<8>(law, cells, r, limits);
+  else if (cells.nodes_per_cell == 4)
+    residual<4>(law, cells, r, limits);
+  else
+    residual<10>(law, cells, r, limits);
+}
+
+HEARTBUS_SIMD void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                                            DeformationLimits &limits) {
+  if (cells.nodes_per_cell == 8)
+    residual_and_tangent<8>(law, cells, r, K, limits);
+  else if (cells.nodes_per_cell == 4)
+    residual_and_tangent<4>(law, cells, r, K, limits);
+  else
+    residual_and_tangent<10>(law, cells, r, K, limits);
+}
+
+HEARTBUS_SIMD void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                                            DeformationLimits &limits) {
+  if (cells.nodes_per_cell == 8)
+    residual_and_tangent<8>(law, cells, r, K, limits);
+  else if (cells.nodes_per_cell == 4)
+    residual_and_tangent<4>(law, cells, r, K, limits);
+  else
+    residual_and_tangent<10>(law, cells, r, K, limits);
+}
+
+HEARTBUS_SIMD void add_active_force(const ElasticityCells &cells, Lanes *r) {
+  if (cells.nodes_per_cell == 8)
+    active_force<8>(cells, r);
+  else if (cells.nodes_per_cell == 4)
+    active_force<4>(cells, r);
+  else
+    active_force<10>(cells, r);
+}
+
+HEARTBUS_SIMD void add_stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight) {
+  if (cells.nodes_per_cell == 8)
+    stretch_projection<8>(cells, numerator, weight);
+  else if (cells.nodes_per_cell == 4)
+    stretch_projection<4>(cells, numerator, weight);
+  else
+    stretch_projection<10>(cells, numerator, weight);
+}
+
+} // namespace heartbus::mech

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "mech_solver/constitutive/guccione.h"
+#include "mech_solver/constitutive/neo_hookean.h"
+
+namespace heartbus::mech {
+
+/// Eight cells of the elastodynamics equation, weak form over the reference configuration (paper, eq.
+/// (elastodynamics)):
+///
+///     r(phi) = int rho a . phi + int (P_pas(F) + P_act(F, T)) : grad phi
+///
+/// evaluated in the fibre frame: with R = [f s n] and g = R^T grad N, F R = R + sum_a d_a x g_a and P R = (F R) S, so
+/// that a law sees the frame's components only (constitutive/law.h), and r_a = (F R) S g_a. The tangent uses the tensor
+/// A = dP/dF of one quadrature point: K_ab = g_a . A . g_b, 27 products for each pair of nodes.
+struct ElasticityCells {
+  // discretisation, reference configuration (see fem::LagrangeSpace)
+  unsigned nodes_per_cell = 0, n_q = 0;
+  const double *shapes = nullptr;      ///< [q][a]
+  const Lanes *gradients = nullptr;    ///< [q][a][3]
+  const Lanes *JxW = nullptr;          ///< [q]; cells of weight zero are left out
+  const Mat3<Lanes> *frames = nullptr; ///< [q] columns f, s, n: orthonormal
+  // fields at the nodes of the cells
+  const Lanes *displacement = nullptr; ///< [a][3] [m]
+  const Lanes *inertia = nullptr;      ///< [a][3] rho a [N/m^3]
+  const Lanes *tension = nullptr;      ///< [a] active tension [Pa]
+  double mass = 0;                     ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
+};
+
+/// The worst deformation met, by cell.
+struct DeformationLimits {
+  Lanes J = fem::lanes(1e300), exponent = Lanes{};
+};
+
+/// Largest number of nodes of a cell that the kernels take.
+inline constexpr unsigned max_nodes_per_cell = 10;
+
+/// r [a][3] += residual.
+void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
+void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
+
+/// Also K [((a*n + b)*3 + i)*3 + j] += tangent, symmetric.
+void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                              DeformationLimits &limits);
+void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                              DeformationLimits &limits);
+
+/// r [a][3] += int P_act : grad phi alone. P_act is linear in the tension: a difference of tensions gives a difference
+/// of forces.
+void add_active_force(const ElasticityCells &cells, Lanes *r);
+
+/// Lumped L2 projection of I4f: numerator [a] += int I4f phi_a, weight [a] += int phi_a.
+void add_stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight);
+
+} // namespace heartbus::mech
