@@ -2,6 +2,26 @@
 
 namespace heartbus::fluid {
 
-void Parameters::describe(config::Section &) {}
+using config::non_negative;
+using config::positive;
+
+void Parameters::describe(config::Section &s) {
+  s.quantity("density", density, "kg/m^3", positive, "density of blood");
+  s.quantity("viscosity", viscosity, "Pa s", positive, "dynamic viscosity of blood");
+  s.quantity("initial_pressure", initial_pressure, "Pa", config::any, "pressure at the start");
+  s.texts("no_slip", no_slip, "boundary labels where the blood is at rest; closed valves join them");
+  s.texts("slip", slip, "flat boundary labels, each normal to a coordinate axis, along which the blood slides");
+  s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", config::any, "atrial pressure at the open mitral valve");
+  s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", config::any, "pressure of the aorta without flow");
+  s.quantity("aortic_resistance", aortic_resistance, "kg/(s m^4)", non_negative,
+             "rise of the aortic pressure per flow through the open valve");
+  s.quantity("valve_hysteresis", valves.hysteresis, "Pa", non_negative, "excess of pressure that opens a closed valve");
+  s.quantity("valve_blanking", valves.blanking, "s", non_negative, "time after a switch without another one");
+  s.quantity("mitral_guard", valves.mitral_guard, "s", non_negative,
+             "time from the start during which the mitral valve stays closed");
+  s.number("backflow", backflow, config::between(0, 1), "stabilisation of inflow through open valves; 0: none");
+  s.number("tolerance", tolerance, config::between(1e-14, 1e-2), "of the linear solver, relative to the loads");
+  s.choice("preconditioner", preconditioner, {"ilu", "simplec"}, "of the linear solver");
+}
 
 } // namespace heartbus::fluid

@@ -1,11 +1,24 @@
 #pragma once
 
 #include "common/config/section.h"
+#include "fluid_solver/valves.h"
+
+#include <string>
+#include <vector>
 
 namespace heartbus::fluid {
 
 /// The keys of the scene block `fluid`.
 struct Parameters {
+  double density = 1060;           ///< rho [kg/m^3]
+  double viscosity = 3.5e-3;       ///< mu [Pa s]
+  double initial_pressure = 1333;  ///< p0 [Pa]
+  double aortic_resistance = 1.3e7; ///< R_AV [kg/(s m^4)]
+  ValveRules valves;               ///< with p_MV and p_AV0
+  double backflow = 0.2;           ///< beta of the stabilisation of inflow through open boundaries
+  std::vector<std::string> no_slip{"base"}, slip;
+  double tolerance = 1e-9; ///< of the linear solver, relative to all loads
+  std::string preconditioner = "ilu";
   void describe(config::Section &section);
 };
 

@@ -1,0 +1,309 @@
+#include "fluid_solver/navier_stokes_problem.h"
+
+#include "common/bus/failure.h"
+#include "fluid_solver/block_preconditioner.h"
+
+namespace heartbus::fluid {
+
+using fem::Lanes;
+using fem::n_lanes;
+using fem::Vector;
+
+namespace {
+
+/// Nodes of the unit cell in the finite element's order; hexahedra on [-1,1]^3.
+std::vector<double> unit_cell_nodes(unsigned nodes_per_cell) {
+  if (nodes_per_cell == 4)
+    return {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (nodes_per_cell != 8)
+    throw Failure(ExitCode::scene, "the fluid needs elements of degree 1");
+  std::vector<double> nodes;
+  for (unsigned a = 0; a < 8; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      nodes.push_back((a >> i) & 1 ? 1 : -1);
+  return nodes;
+}
+
+/// The components [first, first + count) of a nodal field at the nodes of eight cells.
+void gather(const fem::LagrangeSpace &space, unsigned batch, const Vector &field, unsigned components, unsigned count,
+            Lanes *values) {
+  const double *v = field.begin();
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned *nodes = space.cell_nodes(batch * n_lanes + lane);
+    for (unsigned a = 0; a < space.nodes_per_cell(); ++a)
+      for (unsigned i = 0; i < count; ++i)
+        values[a * count + i][lane] = v[nodes[a] * components + i];
+  }
+}
+
+void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *values, Vector &field) {
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned slot = batch * n_lanes + lane, *nodes = space.cell_nodes(slot);
+    for (unsigned a = 0; a < space.nodes_per_cell() && space.slot_used(slot); ++a)
+      for (unsigned i = 0; i < 4 && nodes[a] < space.n_owned_nodes(); ++i)
+        field.local_element(4 * nodes[a] + i) += values[4 * a + i][lane];
+  }
+}
+
+} // namespace
+
+NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
+                                         double dt)
+    : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), alpha_(alpha), dt_(dt),
+      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4), x_nm1_(space.make_vector(4)), x_n_(x_nm1_),
+      x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_), guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_),
+      guess_load_(x_nm1_), force_(x_nm1_) {
+  const double h = space.smallest_cell_size();
+  pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
+  if (space.has_label("interface"))
+    interface_.emplace(space, "interface");
+}
+
+Orifice &NavierStokesProblem::add_orifice(const std::string &label, double pressure, double resistance) {
+  orifices_.push_back(std::make_unique<Orifice>(space_, label, pressure, resistance));
+  return *orifices_.back();
+}
+
+void NavierStokesProblem::start(const Vector &motion) {
+  d_n_ = motion;
+  d_np1_ = motion;
+  d_n_.update_ghost_values();
+  d_np1_.update_ghost_values();
+  x_n_ = 0;
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
+    x_n_.local_element(4 * node + 3) = parameters_.initial_pressure / pressure_scale_;
+  x_n_.update_ghost_values();
+  x_nm1_ = x_n_;
+  x_ = x_n_;
+  update_averages();
+}
+
+void NavierStokesProblem::prepare(const Vector &motion) {
+  d_np1_ = motion;
+  d_np1_.update_ghost_values();
+  if (interface_)
+    interface_->move(d_np1_);
+  update_constraints();
+  set_guess();
+  assemble();
+  refresh_preconditioner();
+  A_.vmult(guess_load_, guess_);
+}
+
+void NavierStokesProblem::update_constraints() {
+  std::vector<bool> open;
+  for (const auto &orifice : orifices_)
+    open.push_back(orifice->open);
+  if (!constrained_.empty() && open == orifices_open_)
+    return;
+  orifices_open_ = open;
+  constrained_.assign(4 * space_.n_local_nodes(), 0);
+  for (const auto &label : parameters_.no_slip)
+    fem::fix_vector(space_, 4, label, constrained_);
+  for (const auto &label : parameters_.slip)
+    fem::fix_normal(space_, 4, label, constrained_);
+  for (const auto &orifice : orifices_)
+    if (!orifice->open)
+      fem::fix_vector(space_, 4, orifice->label, constrained_);
+  A_.set_constraints(constrained_);
+  preconditioner_.reset();
+  x_nm1_ = x_n_; // no extrapolation over the switch of a valve
+}
+
+void NavierStokesProblem::set_guess() {
+  guess_ = x_n_;
+  guess_.sadd(2., -1., x_nm1_);
+  for (unsigned k = 0; k < guess_.locally_owned_size(); ++k)
+    if (constrained_[k])
+      guess_.local_element(k) = boundary_values.local_element(k);
+  guess_.update_ghost_values();
+}
+
+template <class Action>
+void NavierStokesProblem::visit_batches(const Vector &state, const Action &action) const {
+  const unsigned n = space_.nodes_per_cell(), n_q = space_.n_q();
+  std::vector<Lanes> d(3 * n), d_old(3 * n), u_old(3 * n), convection(3 * n), x(4 * n), force(3 * n_q);
+  NavierStokesCells cells;
+  cells.nodes_per_cell = n;
+  cells.n_q = n_q;
+  cells.shapes = space_.shapes();
+  cells.unit_nodes = unit_nodes_.data();
+  cells.rho = parameters_.density;
+  cells.mu = parameters_.viscosity;
+  cells.dt = dt_;
+  cells.pressure_scale = pressure_scale_;
+  cells.motion = d.data();
+  cells.convection = convection.data();
+  cells.old_velocity = u_old.data();
+  cells.state = x.data();
+  cells.force = body_force ? force.data() : nullptr;
+  for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
+    cells.gradients = space_.gradients(batch);
+    cells.JxW = space_.JxW(batch);
+    gather(space_, batch, d_np1_, 3, 3, d.data());
+    gather(space_, batch, d_n_, 3, 3, d_old.data());
+    gather(space_, batch, x_n_, 4, 3, u_old.data());
+    gather(space_, batch, state, 4, 4, x.data());
+    for (unsigned k = 0; k < 3 * n; ++k) // u* = u^n - u_ALE^{n+1}
+      convection[k] = u_old[k] - (d[k] - d_old[k]) / dt_;
+    if (body_force)
+      for (unsigned q = 0; q < n_q; ++q)
+        for (unsigned lane = 0; lane < n_lanes; ++lane) {
+          geometry::Point3 point = space_.quadrature_point(batch * n_lanes + lane, q);
+          for (unsigned k = 0; k < 3 * n; ++k)
+            point[k % 3] += cells.shapes[q * n + k / 3] * d[k][lane];
+          const geometry::Point3 f = body_force(point);
+          for (unsigned i = 0; i < 3; ++i)
+            force[3 * q + i][lane] = f[i];
+        }
+    action(batch, cells);
+  }
+}
+
+void NavierStokesProblem::integrate_cells(const Vector &state, fem::NodalMatrix *A, Vector &residual) const {
+  const unsigned n = space_.nodes_per_cell();
+  std::vector<Lanes> K(16 * n * n), r(4 * n);
+  double smallest_J = std::numeric_limits<double>::max();
+  unsigned worst_slot = 0;
+  visit_batches(state, [&](unsigned batch, const NavierStokesCells &cells) {
+    Lanes J;
+    integrate_navier_stokes(cells, K.data(), r.data(), J);
+    for (unsigned lane = 0; lane < n_lanes; ++lane)
+      if (!(J[lane] >= smallest_J)) {
+        smallest_J = J[lane];
+        worst_slot = batch * n_lanes + lane;
+      }
+    if (A)
+      A->add_batch(batch, K.data());
+    scatter(space_, batch, r.data(), residual);
+  });
+  fem::refuse_inverted_cells(space_, smallest_J, worst_slot, "the motion of the fluid mesh");
+}
+
+void NavierStokesProblem::assemble() {
+  A_.clear();
+  residual_ = 0;
+  integrate_cells(guess_, &A_, residual_);
+  add_surface_terms();
+  fem::zero_constrained(residual_, constrained_);
+}
+
+void NavierStokesProblem::add_surface_terms() {
+  if (interface_) {
+    interface_weights_ = interface_->areas();
+    for (double &weight : interface_weights_)
+      weight *= alpha_;
+    interface_->add_mass(interface_weights_, A_);
+    interface_->apply_mass(interface_weights_, guess_, residual_);
+  }
+  for (const auto &orifice : orifices_) {
+    orifice->surface.move(d_np1_);
+    orifice->flux = orifice->surface.flux_functional();
+    if (!orifice->open)
+      continue;
+    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (Moghadam et al., doi:10.1007/s00466-011-0599-0).
+    std::vector<double> backflow = orifice->surface.fluxes(x_n_);
+    for (double &flux : backflow)
+      flux *= flux < 0 ? -parameters_.backflow * parameters_.density / 2 : 0;
+    orifice->surface.add_mass(backflow, A_);
+    orifice->surface.apply_mass(backflow, guess_, residual_);
+    fem::zero_constrained(orifice->flux, constrained_);
+    residual_.add(orifice->pressure + orifice->resistance * (orifice->flux * guess_), orifice->flux);
+  }
+}
+
+void NavierStokesProblem::refresh_preconditioner() {
+  // Meshes and velocities change little from step to step: a preconditioner serves until it shows its age.
+  if (preconditioner_ && last_iterations_ <= fresh_iterations_ + fresh_iterations_ / 2 + 2)
+    return;
+  if (parameters_.preconditioner == "simplec")
+    preconditioner_ = std::make_unique<Simplec>(A_);
+  else
+    preconditioner_ = fem::make_preconditioner(parameters_.preconditioner, A_);
+  fresh_iterations_ = 0;
+}
+
+/// y = (A + sum R c c^T) x: the resistances couple all nodes of an orifice, hence are kept out of the matrix.
+void NavierStokesProblem::apply(Vector &y, const Vector &x) const {
+  A_.vmult(y, x);
+  for (const auto &orifice : orifices_)
+    if (orifice->open && orifice->resistance > 0)
+      y.add(orifice->resistance * (orifice->flux * x), orifice->flux);
+}
+
+fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
+  Vector datum = space_.make_vector(4); // alpha M v* - W*
+  if (interface_) {
+    Vector v = wall_velocity;
+    v.update_ghost_values();
+    interface_->apply_mass(interface_weights_, v, datum);
+    datum -= wall_force;
+    fem::zero_constrained(datum, constrained_);
+  }
+  Vector b = datum;
+  b -= residual_;
+  Vector loads = b;
+  loads += guess_load_;
+  const double norm = b.l2_norm(), tolerance = parameters_.tolerance * std::max(1., loads.l2_norm() / norm);
+
+  if (iteration == 0)
+    increment_ = 0;
+  fem::LinearStatistics statistics;
+  if (norm > 0 && tolerance < 1)
+    statistics = fem::solve_linear("Navier-Stokes", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); },
+                                   increment_, b, *preconditioner_, tolerance);
+  last_iterations_ = statistics.iterations;
+  if (iteration == 0 && fresh_iterations_ == 0)
+    fresh_iterations_ = last_iterations_;
+
+  x_ = guess_;
+  x_ += increment_;
+  x_.update_ghost_values();
+  force_ = 0;
+  if (interface_) {
+    interface_->apply_mass(interface_weights_, x_, force_);
+    fem::zero_constrained(force_, constrained_);
+    force_ -= datum;
+  }
+  return statistics;
+}
+
+void NavierStokesProblem::commit() {
+  x_nm1_ = x_n_;
+  x_n_ = x_;
+  x_n_.update_ghost_values();
+  d_n_ = d_np1_;
+  d_n_.update_ghost_values();
+  update_averages();
+}
+
+Vector NavierStokesProblem::reaction() const {
+  Vector r = space_.make_vector(4);
+  integrate_cells(x_, nullptr, r);
+  r *= -1;
+  return r;
+}
+
+double NavierStokesProblem::volume_defect(const Vector &wall_velocity) const {
+  if (!interface_)
+    return 0;
+  const Vector c = interface_->flux_functional();
+  return c * x_ - c * wall_velocity;
+}
+
+void NavierStokesProblem::update_averages() {
+  double sums[2] = {}; // volume, pressure
+  visit_batches(x_, [&](unsigned batch, const NavierStokesCells &cells) {
+    Lanes volume, pressure;
+    integrate_pressure(cells, volume, pressure);
+    for (unsigned lane = 0; lane < n_lanes; ++lane)
+      if (space_.slot_owned(batch * n_lanes + lane)) {
+        sums[0] += volume[lane];
+        sums[1] += pressure[lane];
+      }
+  });
+  volume_ = dealii::Utilities::MPI::sum(sums[0], space_.communicator());
+  mean_pressure_ = dealii::Utilities::MPI::sum(sums[1], space_.communicator()) / volume_;
+}
+
+} // namespace heartbus::fluid

@@ -1,0 +1,108 @@
+#pragma once
+
+#include "common/fem/constraints.h"
+#include "common/fem/linear_solver.h"
+#include "common/fem/nodal_matrix.h"
+#include "fluid_solver/moved_surface.h"
+#include "fluid_solver/navier_stokes_kernel.h"
+#include "fluid_solver/parameters.h"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace heartbus::fluid {
+
+/// A part of the boundary that is a wall or, when open, carries sigma n = -(p + R int u.n) n: the valves.
+struct Orifice {
+  Orifice(const fem::LagrangeSpace &space, const std::string &label, double pressure, double resistance)
+      : label(label), pressure(pressure), resistance(resistance), surface(space, label) {}
+  std::string label;
+  double pressure, resistance;
+  bool open = false;
+  MovedSurface surface;
+  fem::Vector flux; ///< of the moved surface: flux * u = int u.n
+};
+
+/// One step of the Navier-Stokes equations in the ALE frame with the Robin condition of the interface (paper, eq.
+/// (navierstokes-discrete)), as forces on nodes: with a_f the stabilised momentum form of navier_stokes_kernel.h and
+/// M_S the mass matrix of the moved interface, find u, p at t^{n+1} such that for all test functions
+///
+///     a_f(u, p; w, q) + alpha M_S u = alpha M_S v* - W*,     and return the force on the solid L = W* + alpha M_S (u - v*).
+///
+/// L equals -a_f(u, p; w) on the interface's test functions: Robin-Neumann iterations end at the monolithic solution.
+/// Vectors hold u, v, w, p at each node; the pressure is scaled (see pressure_scale).
+class NavierStokesProblem {
+ public:
+  NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt);
+
+  /// Adds a valve; closed at first.
+  Orifice &add_orifice(const std::string &label, double pressure, double resistance);
+
+  /// u = 0, p = p0 on the mesh moved by `motion` (three components a node), which is taken as the old motion as well.
+  void start(const fem::Vector &motion);
+  /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
+  void prepare(const fem::Vector &motion);
+  /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
+  /// from the extrapolated old states, the others from the last solution of the step.
+  fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
+  /// The new state becomes the old one.
+  void commit();
+
+  const fem::Vector &state() const { return x_; }        ///< u, v, w, p / pressure_scale; ghosts valid
+  const fem::Vector &blood_force() const { return force_; } ///< L, zero off the interface and where u is prescribed
+  const fem::Vector &motion() const { return d_np1_; }
+  double pressure_scale() const { return pressure_scale_; }
+  const fem::LagrangeSpace &space() const { return space_; }
+  const fem::NodalMatrix &matrix() const { return A_; }
+  const fem::Constraints &constraints() const { return constrained_; }
+  /// int_S (u - v).n of the new state, with v the wall's velocity (ghosts not needed).
+  double volume_defect(const fem::Vector &wall_velocity) const;
+  double volume() const { return volume_; }               ///< of the moved fluid domain [m^3]
+  double mean_pressure() const { return mean_pressure_; } ///< over the moved domain, of the latest solution [Pa]
+  /// -a_f(u, p; w) of the new state, evaluated afresh: on interface test functions it must equal blood_force().
+  fem::Vector reaction() const;
+
+  /// For manufactured solutions: velocities of nodes where they are prescribed (else zero), and a force per volume at
+  /// points of the moved mesh. Both count from the next `prepare`.
+  fem::Vector boundary_values;
+  std::function<geometry::Point3(const geometry::Point3 &)> body_force;
+  fem::Vector &old_state() { return x_n_; }
+
+ private:
+  void update_constraints();
+  void set_guess();
+  void assemble();
+  void integrate_cells(const fem::Vector &state, fem::NodalMatrix *A, fem::Vector &residual) const;
+  void add_surface_terms();
+  void refresh_preconditioner();
+  void apply(fem::Vector &y, const fem::Vector &x) const;
+  void update_averages();
+  template <class Action>
+  void visit_batches(const fem::Vector &state, const Action &action) const;
+
+  const fem::LagrangeSpace &space_;
+  Parameters parameters_;
+  double alpha_, dt_, pressure_scale_;
+  std::vector<double> unit_nodes_;
+  std::optional<MovedSurface> interface_;
+  std::vector<double> interface_weights_; // alpha |n da|
+  std::vector<std::unique_ptr<Orifice>> orifices_;
+  std::vector<bool> orifices_open_; ///< for which the constraints stand
+  fem::Constraints constrained_;
+  fem::NodalMatrix A_;
+  std::unique_ptr<fem::Preconditioner> preconditioner_;
+  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
+
+  fem::Vector x_nm1_, x_n_, x_;   // states
+  fem::Vector d_n_, d_np1_;       // motions of the mesh
+  fem::Vector guess_, increment_; // x = guess + increment
+  fem::Vector residual_;          // of the guess, all terms but the wall's
+  fem::Vector guess_load_;        // A guess
+  fem::Vector force_;
+  double volume_ = 0, mean_pressure_ = 0;
+};
+
+} // namespace heartbus::fluid
