@@ -1,0 +1,15 @@
+#include "common/bus/coordinator.h"
+#include "coupler/options.h"
+#include "coupler/simulation.h"
+
+using namespace heartbus;
+
+int main(int argc, char **argv) {
+  coupler::Options options;
+  if (const auto exit_code = coupler::parse(argc, argv, options))
+    return *exit_code;
+  if (options.action != coupler::Options::Action::run)
+    return coupler::answer(options);
+  bus::Coordinator coordinator(argc, argv);
+  return coordinator.run([&] { coupler::Simulation(coordinator, options).run(); });
+}

@@ -1,0 +1,76 @@
+#include "coupler/options.h"
+
+#include "common/bus/failure.h"
+#include "coupler/launch.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+namespace heartbus::coupler {
+
+std::optional<int> parse(int argc, char **argv, Options &options) {
+  CLI::App app("Runs a scene: leads the participants of one mpirun through a coupling scheme.", "coupler");
+  bool validate = false, print_defaults = false, launch_line = false;
+  app.add_option("scene", options.scene_file, "scene file (YAML)");
+  app.add_option("--set", options.settings, "key=value, laid over the scene")->take_all()->expected(1);
+  app.add_option("--ranks", options.ranks, "MPI processes of every participant")->check(CLI::PositiveNumber);
+  app.add_option("--out", options.folder, "folder of the results (default: results/<scene>)");
+  app.add_option("--record", options.records, "field=FILE: records what is transferred")->take_all()->expected(1);
+  app.add_flag("--validate", validate, "checks the scene and ends");
+  app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
+  app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
+  try {
+    app.parse(argc, argv);
+    if (options.scene_file.empty() && !print_defaults)
+      throw CLI::RequiredError("scene");
+  } catch (const CLI::ParseError &error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::scene);
+  }
+  using Action = Options::Action;
+  options.action = validate         ? Action::validate
+                   : print_defaults ? Action::print_defaults
+                   : launch_line    ? Action::launch_line
+                                    : Action::run;
+  return {};
+}
+
+SceneParameters scene_of(const Options &options) {
+  SceneParameters scene = load_scene(options.scene_file, options.settings);
+  if (options.ranks > 0)
+    for (auto &[name, participant] : scene.participants)
+      participant.ranks = options.ranks;
+  return scene;
+}
+
+std::string folder_of(const Options &options, const SceneParameters &scene) {
+  return options.folder.empty() ? "results/" + scene.name : options.folder;
+}
+
+std::vector<std::pair<std::string, std::string>> records_of(const Options &options) {
+  std::vector<std::pair<std::string, std::string>> records;
+  for (const auto &record : options.records) {
+    const std::size_t sign = record.find('=');
+    if (sign == std::string::npos || sign == 0 || sign + 1 == record.size())
+      throw Failure(ExitCode::scene, "--record " + record + ": write field=FILE");
+    records.push_back({record.substr(0, sign), record.substr(sign + 1)});
+  }
+  return records;
+}
+
+int answer(const Options &options) {
+  try {
+    if (options.action == Options::Action::print_defaults) {
+      std::cout << print_scene(SceneParameters());
+      return 0;
+    }
+    const SceneParameters scene = scene_of(options);
+    const std::string line = launch_line(options, scene);
+    std::cout << (options.action == Options::Action::launch_line ? line : options.scene_file + ": valid") << '\n';
+    return 0;
+  } catch (const Failure &failure) {
+    std::cerr << "error: " << failure.what() << '\n';
+    return static_cast<int>(failure.code());
+  }
+}
+
+} // namespace heartbus::coupler

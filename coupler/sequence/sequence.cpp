@@ -1,0 +1,92 @@
+#include "coupler/sequence/sequence.h"
+
+#include <algorithm>
+
+namespace heartbus::coupler {
+
+namespace {
+
+const bus::ParticipantInfo *find(const std::vector<bus::ParticipantInfo> &participants, const std::string &name) {
+  for (const auto &participant : participants)
+    if (participant.name == name)
+      return &participant;
+  return nullptr;
+}
+
+bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
+  if (node.kind == Node::Kind::repeat)
+    return !node.body.empty();
+  const auto *participant = find(participants, node.participant);
+  if (!participant || (node.kind == Node::Kind::transfer && !find(participants, node.receiver)))
+    return false;
+  const auto &tasks = participant->tasks;
+  return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
+}
+
+Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
+  Nodes kept;
+  for (Node node : nodes) {
+    node.body = cast(node.body, participants);
+    if (applies(node, participants))
+      kept.push_back(node);
+  }
+  return kept;
+}
+
+void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions) {
+  for (const Node &node : nodes)
+    if (node.kind == Node::Kind::repeat)
+      for (int i = 0; i < node.times; ++i) {
+        iteration = i;
+        write_out(node.body, iteration, actions);
+      }
+    else
+      actions.push_back({node, iteration});
+}
+
+std::string to_text(const Node &node) {
+  switch (node.kind) {
+  case Node::Kind::prepare:
+    return "prepare " + node.participant;
+  case Node::Kind::solve:
+    return "solve " + node.participant;
+  case Node::Kind::commit:
+    return "commit " + node.participant;
+  case Node::Kind::task:
+    return node.task + " " + node.participant;
+  case Node::Kind::transfer:
+    return node.field + " " + node.participant + "->" + node.receiver;
+  case Node::Kind::repeat:
+    break;
+  }
+  std::string text = std::to_string(node.times) + " times (";
+  for (const Node &inner : node.body)
+    text += (&inner == &node.body.front() ? "" : "; ") + to_text(inner);
+  return text + ")";
+}
+
+std::string to_text(const Nodes &nodes) {
+  std::string text;
+  for (const Node &node : nodes)
+    text += (text.empty() ? "" : "; ") + to_text(node);
+  return text;
+}
+
+} // namespace
+
+Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+  return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants)};
+}
+
+std::vector<Action> written_out(const Nodes &nodes) {
+  std::vector<Action> actions;
+  int iteration = 0;
+  write_out(nodes, iteration, actions);
+  return actions;
+}
+
+std::string to_text(const Sequence &sequence) {
+  return sequence.name + "\n  start: " + to_text(sequence.start) + "\n  step:  " + to_text(sequence.step);
+}
+
+} // namespace heartbus::coupler

@@ -1,0 +1,75 @@
+#include "coupler/sequence/sequence_runner.h"
+
+#include "common/config/nearest.h"
+
+namespace heartbus::coupler {
+
+namespace {
+
+bus::Command::Kind kind_of(const Node &node) {
+  using Kind = bus::Command::Kind;
+  return node.kind == Node::Kind::prepare ? Kind::prepare
+         : node.kind == Node::Kind::solve ? Kind::solve
+         : node.kind == Node::Kind::task  ? Kind::task
+                                          : Kind::commit;
+}
+
+} // namespace
+
+std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step) {
+  std::vector<std::pair<std::string, bus::Command>> stream;
+  for (const auto &[node, iteration] : written_out(nodes)) {
+    step.iteration = iteration;
+    if (node.kind == Node::Kind::transfer) {
+      const int route = routes.at({node.participant, node.receiver, node.field});
+      stream.push_back({node.participant, {bus::Command::Kind::send, "", route, step}});
+      stream.push_back({node.receiver, {bus::Command::Kind::receive, "", route, step}});
+    } else
+      stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
+  }
+  return stream;
+}
+
+SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence)
+    : coordinator_(coordinator), sequence_(sequence) {
+  connect(sequence_.start);
+  connect(sequence_.step);
+}
+
+void SequenceRunner::connect(const Nodes &nodes) {
+  for (const auto &[node, iteration] : written_out(nodes))
+    if (node.kind == Node::Kind::transfer)
+      if (const auto [at, is_new] = routes_.insert({{node.participant, node.receiver, node.field}, -1}); is_new)
+        at->second = coordinator_.connect(node.participant, node.receiver, node.field);
+}
+
+SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, const bus::Step &step) {
+  for (const auto &[participant, command] : commands(nodes, routes_, step))
+    coordinator_.order(participant, command);
+  for (const auto &participant : coordinator_.participants())
+    coordinator_.order(participant.name, {bus::Command::Kind::report, "", -1, step});
+  coordinator_.flush();
+  Reports reports;
+  for (const auto &participant : coordinator_.participants())
+    reports[participant.name] = coordinator_.wait_report(participant.name);
+  return reports;
+}
+
+void SequenceRunner::finish() {
+  for (const auto &participant : coordinator_.participants())
+    coordinator_.order(participant.name, {bus::Command::Kind::finish, "", -1, {}});
+  coordinator_.flush();
+}
+
+int SequenceRunner::route_of(const std::string &field) const {
+  std::vector<std::string> fields;
+  for (const auto &[ends, route] : routes_) {
+    if (std::get<2>(ends) == field)
+      return route;
+    fields.push_back(std::get<2>(ends));
+  }
+  throw Failure(ExitCode::scene, "--record " + field + ": this run transfers no such field;" +
+                                     config::did_you_mean(field, fields) + " Fields: " + config::joined(fields));
+}
+
+} // namespace heartbus::coupler

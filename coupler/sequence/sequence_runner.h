@@ -1,0 +1,40 @@
+#pragma once
+
+#include "coupler/sequence/sequence.h"
+
+#include <map>
+#include <tuple>
+
+namespace heartbus::coupler {
+
+/// Number of the route of (sender, receiver, field).
+using Routes = std::map<std::tuple<std::string, std::string, std::string>, int>;
+
+/// A sequence as one stream of orders: to whom, what. Each participant executes its own part of the stream in this
+/// order, independently of the others but for what it receives.
+std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step);
+
+/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step.
+class SequenceRunner {
+ public:
+  /// Connects the routes that the sequence uses.
+  SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence);
+
+  using Reports = std::map<std::string, bus::Report>;
+  Reports start(const bus::Step &step) { return run(sequence_.start, step); }
+  Reports step(const bus::Step &step) { return run(sequence_.step, step); }
+  void finish();
+
+  /// The route of a field; Failure(scene) when the sequence does not transfer it.
+  int route_of(const std::string &field) const;
+
+ private:
+  void connect(const Nodes &nodes);
+  Reports run(const Nodes &nodes, const bus::Step &step);
+
+  bus::Coordinator &coordinator_;
+  Sequence sequence_;
+  Routes routes_;
+};
+
+} // namespace heartbus::coupler

@@ -1,0 +1,137 @@
+#include "coupler/simulation.h"
+
+#include "common/log/log.h"
+#include "coupler/indicators.h"
+#include "coupler/launch.h"
+#include "coupler/step_log.h"
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sys/resource.h>
+
+namespace heartbus::coupler {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The folder of the results, without what an earlier run said about itself.
+std::string make_folder(const std::string &name) {
+  std::error_code error;
+  for (const char *part : {"logs", "fields"})
+    if (fs::create_directories(fs::path(name) / part, error); error)
+      throw Failure(ExitCode::file, name + ": this folder cannot be made: " + error.message());
+  fs::remove(fs::path(name) / "indicators.json", error);
+  return fs::absolute(name).lexically_normal().string();
+}
+
+void write_file(const std::string &name, const std::string &text) {
+  std::ofstream file(name);
+  file << text;
+  if (!file.flush())
+    throw Failure(ExitCode::file, name + ": cannot be written");
+}
+
+rusage own_usage() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return usage;
+}
+
+double seconds(const timeval &time) { return time.tv_sec + 1e-6 * time.tv_usec; }
+
+} // namespace
+
+Simulation::Simulation(bus::Coordinator &coordinator, const Options &options)
+    : coordinator_(coordinator), options_(options), scene_(scene_of(options)),
+      folder_(make_folder(folder_of(options, scene_))), log_(log::open_log(folder_, "coupler", 0, true)) {}
+
+Simulation::~Simulation() = default;
+
+void Simulation::run() {
+  const Sequence sequence = meet_participants();
+  SequenceRunner runner(coordinator_, sequence);
+  record(runner);
+  make_columns();
+  HistoryFile csv(folder_ + "/history.csv", history_);
+
+  const TimeControl time(scene_.time);
+  collect(runner.start(time.step(0)), time.step(0));
+  csv.append(history_);
+
+  const auto begin = std::chrono::steady_clock::now();
+  StepLog step_log(log_, time);
+  for (int n = 1; n <= time.n_steps(); ++n) {
+    collect(runner.step(time.step(n)), time.step(n));
+    csv.append(history_);
+    step_log.step(history_, time.step(n));
+    if (coordinator_.stop_requested() && n < time.n_steps()) {
+      log_->warn("stopped on request after step {} of {}", n, time.n_steps());
+      break;
+    }
+  }
+  runner.finish();
+  write_indicators(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+}
+
+Sequence Simulation::meet_participants() {
+  const std::string text = print_scene(scene_);
+  write_file(folder_ + "/scene.resolved.yaml", text);
+  std::map<std::string, bus::Coordinator::Expected> expected;
+  for (const auto &[name, participant] : scene_.participants)
+    expected[name] = {program_name(participant.program), participant.ranks};
+  coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
+
+  const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
+  check(sequence, coordinator_.participants());
+  log_->info("{}: {}", scene_.name, to_text(sequence));
+  return sequence;
+}
+
+// A scalar keeps its own name while only one participant has it.
+void Simulation::make_columns() {
+  std::map<std::string, int> count;
+  for (const auto &participant : coordinator_.participants())
+    for (const auto &scalar : participant.scalars)
+      ++count[scalar.name];
+  history_.columns = {{"step", "", {}}, {"time", "s", {}}};
+  for (const auto &participant : coordinator_.participants())
+    for (const auto &scalar : participant.scalars)
+      history_.columns.push_back(
+          {count[scalar.name] > 1 ? participant.name + "." + scalar.name : scalar.name, scalar.unit, scalar.states});
+}
+
+void Simulation::collect(const SequenceRunner::Reports &reports, const bus::Step &step) {
+  std::vector<double> row{static_cast<double>(step.number), step.time};
+  for (const auto &participant : coordinator_.participants()) {
+    const bus::Report &report = reports.at(participant.name);
+    row.insert(row.end(), report.scalars.begin(), report.scalars.end());
+    for (const auto &[work, duration] : report.seconds)
+      seconds_[participant.name][work] += duration;
+  }
+  history_.rows.push_back(row);
+  last_reports_ = reports;
+}
+
+void Simulation::write_indicators(double wall_seconds) const {
+  nlohmann::ordered_json result = indicators(history_);
+  const rusage own = own_usage();
+  double cpu = seconds(own.ru_utime) + seconds(own.ru_stime), memory = own.ru_maxrss * 1024.0;
+  for (const auto &[name, report] : last_reports_) {
+    cpu += report.cpu_seconds;
+    memory += report.peak_memory;
+    double busy = 0;
+    for (const auto &[work, duration] : seconds_.at(name))
+      busy += work == "idle" ? 0 : duration;
+    result["wall_s_by_part"][name] = busy;
+    result["wall_s_by_work"][name] = seconds_.at(name);
+  }
+  result["steps"] = history_.rows.size() - 1;
+  result["wall_s"] = wall_seconds;
+  result["cpu_s"] = cpu;
+  result["peak_memory_MiB"] = memory / (1024 * 1024);
+  write_file(folder_ + "/indicators.json", result.dump(2) + "\n");
+}
+
+} // namespace heartbus::coupler

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "coupler/history.h"
+#include "coupler/options.h"
+#include "coupler/sequence/sequence_runner.h"
+#include "coupler/time_control.h"
+
+#include <memory>
+#include <spdlog/logger.h>
+
+namespace heartbus::coupler {
+
+/// One run: handshake, start block, steps, results.
+class Simulation {
+ public:
+  Simulation(bus::Coordinator &coordinator, const Options &options);
+  ~Simulation();
+  void run();
+
+ private:
+  Sequence meet_participants();
+  void make_columns();
+  void record(const SequenceRunner &runner);
+  void collect(const SequenceRunner::Reports &reports, const bus::Step &step);
+  void write_indicators(double wall_seconds) const;
+
+  bus::Coordinator &coordinator_;
+  Options options_;
+  SceneParameters scene_;
+  std::string folder_;
+  std::shared_ptr<spdlog::logger> log_;
+  History history_;
+  std::map<std::string, std::map<std::string, double>> seconds_; ///< [participant][kind of work]
+  SequenceRunner::Reports last_reports_;
+};
+
+} // namespace heartbus::coupler

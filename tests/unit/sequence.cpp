@@ -1,0 +1,151 @@
+#include "coupler/sequence/sequence_runner.h"
+
+#include <gtest/gtest.h>
+
+using namespace heartbus;
+using namespace heartbus::coupler;
+
+namespace {
+
+bus::ParticipantInfo participant(const std::string &name, const std::vector<std::string> &outputs,
+                                 const std::vector<std::string> &inputs, const std::vector<std::string> &tasks) {
+  bus::ParticipantInfo info;
+  info.name = name;
+  info.tasks = tasks;
+  for (const auto &field : outputs)
+    info.fields.push_back({field, "interface", "m", "n+1", 1, true});
+  for (const auto &field : inputs)
+    info.fields.push_back({field, "interface", "m", "", 1, false});
+  return info;
+}
+
+std::vector<bus::ParticipantInfo> heart() {
+  return {participant("ep", {"calcium"}, {}, {}),
+          participant("mech", {"displacement", "wall_velocity", "wall_force"}, {"calcium", "blood_force"}, {"inflate"}),
+          participant("ale", {"mesh_motion"}, {"displacement"}, {}),
+          participant("fluid", {"blood_force"}, {"mesh_motion", "wall_velocity", "wall_force"}, {"start", "budget"})};
+}
+
+std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all, const std::string &name) {
+  for (auto at = all.begin(); at != all.end(); ++at)
+    if (at->name == name) {
+      all.erase(at);
+      break;
+    }
+  return all;
+}
+
+Sequence scheme(const std::string &name, int iterations = 1) {
+  CouplingParameters coupling;
+  coupling.scheme = name;
+  coupling.iterations = iterations;
+  return make_sequence(coupling);
+}
+
+std::string stream(const Sequence &sequence) {
+  Routes routes;
+  for (const auto &[node, iteration] : written_out(sequence.step))
+    routes.insert({{node.participant, node.receiver, node.field}, static_cast<int>(routes.size())});
+  std::string text;
+  for (const auto &[who, command] : commands(sequence.step, routes, {7, 0, 1.4e-3, 2e-4}))
+    text += who + " " + std::to_string(static_cast<int>(command.kind)) + command.task + " " +
+            std::to_string(command.route) + " " + std::to_string(command.step.number) + "." +
+            std::to_string(command.step.iteration) + "\n";
+  return text;
+}
+
+std::string complaint(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+  try {
+    check(cast(sequence, participants), participants);
+  } catch (const Failure &failure) {
+    return failure.what();
+  }
+  return "";
+}
+
+int count(const std::string &text, const std::string &word) {
+  int n = 0;
+  for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos; ++at)
+    ++n;
+  return n;
+}
+
+} // namespace
+
+TEST(Sequence, E1FSWithOneIterationIsTheVeryStreamOfEFS1) {
+  EXPECT_EQ(stream(scheme("E1FS", 1)), stream(scheme("EFS1")));
+  EXPECT_NE(stream(scheme("E1FS", 2)), stream(scheme("EFS1")));
+}
+
+TEST(Sequence, E1FSRepeatsFluidAndWallOnlyAndCountsIterations) {
+  const std::string text = stream(scheme("E1FS", 3));
+  const std::string solve = std::to_string(static_cast<int>(bus::Command::Kind::solve));
+  EXPECT_EQ(count(text, "fluid " + solve + " "), 3);
+  EXPECT_EQ(count(text, "mech " + solve + " "), 3);
+  EXPECT_EQ(count(text, "ep " + solve + " "), 1);
+  EXPECT_EQ(count(text, "ale " + solve + " "), 1);
+  EXPECT_EQ(count(text, "mech " + solve + " -1 7.2"), 1);
+}
+
+TEST(Sequence, EveryTransferIsSentOnceAndReceivedOnce) {
+  int sent = 0, received = 0;
+  Routes routes{{{"a", "b", "f"}, 4}};
+  const Nodes nodes{{Node::Kind::transfer, "a", "", "b", "f", 1, {}}};
+  for (const auto &[who, command] : commands(nodes, routes, {})) {
+    sent += who == "a" && command.kind == bus::Command::Kind::send && command.route == 4;
+    received += who == "b" && command.kind == bus::Command::Kind::receive && command.route == 4;
+  }
+  EXPECT_EQ(sent, 1);
+  EXPECT_EQ(received, 1);
+}
+
+TEST(Sequence, AllSchemesPassTheChecksWithTheirParticipants) {
+  EXPECT_EQ(complaint(scheme("EFS1"), heart()), "");
+  EXPECT_EQ(complaint(scheme("E1FS", 4), heart()), "");
+  EXPECT_EQ(complaint(scheme("electromechanics"), without(without(heart(), "ale"), "fluid")), "");
+}
+
+TEST(Sequence, LinesOfAbsentParticipantsAreDropped) {
+  const auto piston = without(heart(), "ep");
+  EXPECT_EQ(complaint(scheme("EFS1"), piston), "");
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), piston)).find("calcium"), std::string::npos);
+  for (const auto &alone : heart()) {
+    EXPECT_EQ(complaint(scheme("EFS1"), {alone}), "") << alone.name;
+    EXPECT_EQ(to_text(cast(scheme("EFS1"), {alone})).find("->"), std::string::npos);
+  }
+}
+
+TEST(Sequence, TasksThatAParticipantDoesNotOfferAreDropped) {
+  auto participants = heart();
+  participants[1].tasks.clear();
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("inflate"), std::string::npos);
+}
+
+TEST(Sequence, AParticipantWithoutAPartIsRefused) {
+  EXPECT_NE(complaint(scheme("electromechanics"), heart()).find("'ale' must be solved and committed"),
+            std::string::npos);
+}
+
+TEST(Sequence, AnInputReadBeforeItIsWrittenIsRefused) {
+  Sequence sequence = scheme("EFS1");
+  auto &step = sequence.step;
+  for (auto at = step.begin(); at != step.end(); ++at)
+    if (at->field == "blood_force") {
+      step.erase(at);
+      break;
+    }
+  EXPECT_NE(complaint(sequence, heart()).find("'mech' is solved before it has received 'blood_force'"),
+            std::string::npos);
+}
+
+TEST(Sequence, AFieldSentBeforeItIsComputedIsRefused) {
+  Sequence sequence = scheme("EFS1");
+  std::swap(sequence.step[0], sequence.step[1]);
+  EXPECT_NE(complaint(sequence, heart()).find("'calcium' is sent before 'ep' has computed it"), std::string::npos);
+}
+
+TEST(Sequence, WorkAfterTheCommitIsRefused) {
+  Sequence sequence = scheme("EFS1");
+  sequence.step.push_back(sequence.step.front());
+  EXPECT_NE(complaint(sequence, heart()).find("'ep' is busy after its commit"), std::string::npos);
+}
