@@ -71,12 +71,12 @@ function(heartbus_library name)
   endif()
 endfunction()
 
-# heartbus_program(NAME LIBRARY): the program of folder NAME, from its main.cpp.
+# heartbus_program(NAME LIBRARIES...): the program of folder NAME, from its main.cpp.
 function(heartbus_program name library)
   if(EXISTS ${CMAKE_SOURCE_DIR}/${name}/main.cpp)
     add_executable(${name} ${name}/main.cpp)
-    target_link_libraries(${name} PRIVATE ${library})
-    if(NOT name STREQUAL "coupler")
+    target_link_libraries(${name} PRIVATE ${library} ${ARGN})
+    if(NOT name MATCHES "^(coupler|replay)$") # these know no deal.II
       target_precompile_headers(${name} REUSE_FROM heartbus_pch)
     endif()
   endif()

@@ -3,9 +3,9 @@
 #include "common/bus/failure.h"
 #include "common/bus/solver.h"
 
+#include <functional>
 #include <map>
 #include <memory>
-#include <mpi.h>
 #include <string>
 #include <vector>
 
@@ -38,7 +38,8 @@ struct ParticipantInfo {
 
 /// Something a participant is told to do; executed in the order received.
 struct Command {
-  enum class Kind { prepare, solve, commit, task, send, receive, report, finish };
+  /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
+  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect };
   Kind kind = Kind::solve;
   std::string task; ///< of Kind::task
   int route = -1;   ///< of send and receive

@@ -1,0 +1,289 @@
+#include "common/bus/coordinator.h"
+
+#include "common/bus/crew.h"
+#include "common/bus/failure.h"
+#include "common/bus/handshake.h"
+#include "common/bus/protocol.h"
+#include "common/bus/route_table.h"
+#include "common/bus/waiting.h"
+#include "common/bus/world.h"
+
+#include <csignal>
+#include <cstdio>
+#include <list>
+#include <set>
+
+namespace heartbus::bus {
+namespace {
+
+constexpr int unforeseen = 1;        ///< exit code of exceptions that are no Failure
+constexpr double grace_to_leave = 2; ///< [s] for all ranks to follow the order, before MPI_Abort
+constexpr double watch_margin = 0.5; ///< [s] beyond the deadline, so that those who wait speak first
+
+volatile std::sig_atomic_t stop_signal = 0;
+
+/// A rank has complained.
+struct Culprit {
+  int code;
+  std::string text;
+};
+
+} // namespace
+
+struct Coordinator::Implementation {
+  Implementation(int &argc, char **&argv)
+      : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world.control()),
+        waiting([this] { poll(); }) {
+    MPI_Comm_size(world.control(), &n_ranks);
+  }
+
+  void poll();
+  void heed_complaint(Mailbox::Letter letter);
+  std::string who(int world_rank) const;
+  void collect_declarations();
+  void post_rows(const RouteTable &table);
+  void await_all_gone();
+  void order_all_to_leave(int code);
+  void send_off(int code);
+
+  World world;
+  Mailbox mail;
+  Waiting waiting;
+  Crew crew;
+  int n_ranks = 0, n_gone = 0;
+  int leave_code = 0; ///< buffer of the orders to leave
+  bool welcomed = false, ended_well = false;
+  std::vector<ParticipantInfo> participants;
+  std::list<RouteTable> tables;
+  std::vector<RouteName> route_names;
+  std::list<Recorder> recorders;
+  std::map<std::string, std::vector<Command>> queue;
+  std::set<std::string> finished;
+};
+
+std::string Coordinator::Implementation::who(int world_rank) const {
+  const std::string &name = world.members()[world_rank].name;
+  const auto ranks = world.ranks_of(name);
+  int rank = 0;
+  while (ranks[rank] != world_rank)
+    ++rank;
+  return name + " (rank " + std::to_string(rank) + ")";
+}
+
+void Coordinator::Implementation::poll() {
+  mail.all_sent();
+  while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_progress))
+    crew.executed_one(world.members()[letter->sender].name);
+  if (auto letter = mail.receive(MPI_ANY_SOURCE, tag_complaint))
+    heed_complaint(std::move(*letter));
+  while (mail.receive(MPI_ANY_SOURCE, tag_gone))
+    ++n_gone;
+  for (Recorder &recorder : recorders)
+    recorder.take_arrived();
+  crew.watch(waiting.deadline + watch_margin, route_names);
+}
+
+void Coordinator::Implementation::heed_complaint(Mailbox::Letter letter) {
+  auto complaint = unpack<Complaint>(std::move(letter.content));
+  for (const ParticipantInfo &participant : participants)
+    if (participant.name == complaint.waits_for)
+      complaint.message += crew.why_late(complaint.waits_for, route_names);
+  throw Culprit{complaint.code, who(letter.sender) + ": " + complaint.message};
+}
+
+void Coordinator::Implementation::collect_declarations() {
+  std::set<int> silent;
+  for (int r = 0; r < n_ranks; ++r)
+    if (r != world.rank())
+      silent.insert(r);
+  const auto all_came = [&] {
+    while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_declaration)) {
+      silent.erase(letter->sender);
+      const std::string &name = world.members()[letter->sender].name;
+      const auto ranks = world.ranks_of(name);
+      for (ParticipantInfo &participant : participants)
+        for (std::size_t r = 0; r < ranks.size(); ++r)
+          if (participant.name == name && ranks[r] == letter->sender)
+            merge_declaration(participant, r, unpack<ParticipantInfo>(letter->content));
+    }
+    return silent.empty();
+  };
+  waiting.until(all_came, [&] { return Awaited{"the declaration of " + who(*silent.begin()), ""}; });
+}
+
+void Coordinator::Implementation::post_rows(const RouteTable &table) {
+  const auto sources = world.ranks_of(table.from), targets = world.ranks_of(table.to);
+  for (std::size_t r = 0; r < sources.size(); ++r)
+    mail.post(sources[r], tag_route, table.row_of_source(world, r));
+  for (std::size_t r = 0; r < targets.size(); ++r)
+    mail.post(targets[r], tag_route, table.row_of_target(world, r));
+}
+
+void Coordinator::Implementation::await_all_gone() {
+  const auto recorded = [this] {
+    for (const Recorder &recorder : recorders)
+      if (!recorder.complete())
+        return false;
+    return true;
+  };
+  const auto done = [&] { return n_gone == n_ranks - 1 && recorded(); };
+  waiting.until(done, [] { return Awaited{"all participants to end", ""}; });
+}
+
+void Coordinator::Implementation::order_all_to_leave(int code) {
+  leave_code = code;
+  for (int r = 0; r < n_ranks; ++r)
+    if (r != world.rank()) {
+      MPI_Request request;
+      MPI_Isend(&leave_code, 1, MPI_INT, r, tag_leave, world.control(), &request);
+      MPI_Request_free(&request);
+    }
+}
+
+/// After a failure: everybody gets the code and a moment to leave in order.
+void Coordinator::Implementation::send_off(int code) {
+  order_all_to_leave(code);
+  const Waiting undisturbed([] {});
+  const auto all_gone = [this] {
+    mail.all_sent();
+    while (mail.receive(MPI_ANY_SOURCE, tag_gone))
+      ++n_gone;
+    return n_gone == n_ranks - 1;
+  };
+  if (!undisturbed.within(grace_to_leave, all_gone))
+    world.abort(code);
+}
+
+Coordinator::Coordinator(int &argc, char **&argv) : implementation_(std::make_unique<Implementation>(argc, argv)) {
+  std::signal(SIGUSR1, [](int) { stop_signal = 1; });
+}
+
+Coordinator::~Coordinator() {
+  if (implementation_->ended_well) {
+    for (Recorder &recorder : implementation_->recorders)
+      recorder.close();
+    implementation_->world.finalize();
+  } else {
+    implementation_.release(); // others may still write into its buffers; the process ends next
+  }
+}
+
+int Coordinator::run(const std::function<void()> &body) {
+  Implementation &all = *implementation_;
+  Culprit culprit{0, ""};
+  try {
+    body();
+    for (const ParticipantInfo &participant : all.participants)
+      if (all.finished.count(participant.name) == 0)
+        order(participant.name, {Command::Kind::finish, "", -1, {}});
+    flush();
+    if (all.welcomed)
+      all.await_all_gone();
+  } catch (const Culprit &other) {
+    culprit = other;
+  } catch (const Failure &failure) {
+    culprit = {static_cast<int>(failure.code()), std::string("coupler: ") + failure.what()};
+  } catch (const std::exception &exception) {
+    culprit = {unforeseen, std::string("coupler: ") + exception.what()};
+  }
+  if (culprit.code != 0) {
+    std::fprintf(stderr, "heartbus: %s\n", culprit.text.c_str());
+    all.send_off(culprit.code);
+    return culprit.code;
+  }
+  all.order_all_to_leave(0);
+  all.ended_well = true;
+  return 0;
+}
+
+void Coordinator::handshake(const std::map<std::string, Expected> &expected, const std::string &scene_text,
+                            const std::string &output_folder, double deadline_seconds) {
+  Implementation &all = *implementation_;
+  compare_members(all.world, expected);
+  all.waiting.deadline = deadline_seconds;
+  for (const auto &[name, who] : expected) {
+    const auto ranks = all.world.ranks_of(name);
+    ParticipantInfo participant;
+    participant.name = name;
+    participant.program = who.program;
+    participant.n_ranks = ranks.size();
+    all.participants.push_back(participant);
+    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds});
+  }
+  all.welcomed = true;
+  all.collect_declarations();
+}
+
+const std::vector<ParticipantInfo> &Coordinator::participants() const { return implementation_->participants; }
+
+const ParticipantInfo &Coordinator::participant(const std::string &name) const {
+  for (const ParticipantInfo &participant : implementation_->participants)
+    if (participant.name == name)
+      return participant;
+  throw Failure(ExitCode::handshake, "there is no participant '" + name + "'");
+}
+
+int Coordinator::connect(const std::string &from, const std::string &to, const std::string &field) {
+  Implementation &all = *implementation_;
+  const int number = all.tables.size();
+  const RouteTable &table = all.tables.emplace_back(number, participant(from), participant(to), field);
+  all.route_names.push_back({from, to, field});
+  all.post_rows(table);
+  order(from, {Command::Kind::connect, "", number, {}});
+  order(to, {Command::Kind::connect, "", number, {}});
+  return number;
+}
+
+Coordinator::Recording Coordinator::record(int route,
+                                           std::function<void(const Step &, const std::vector<double> &)> on_values) {
+  Implementation &all = *implementation_;
+  const RouteTable &table = *std::next(all.tables.begin(), route);
+  const auto sources = all.world.ranks_of(table.from);
+  for (std::size_t r = 0; r < sources.size(); ++r)
+    all.mail.post(sources[r], tag_route, table.row_of_source_to_coupler(all.world, r));
+  order(table.from, {Command::Kind::connect, "", route, {}});
+  Recording recording{table.target_coordinates(), table.field.components, table.field.unit};
+  all.recorders.emplace_back(all.world.data(), route, recording.components, table.peers_of_coupler(all.world),
+                             recording.coordinates.size() / 3, std::move(on_values));
+  return recording;
+}
+
+void Coordinator::order(const std::string &participant, const Command &command) {
+  Implementation &all = *implementation_;
+  all.queue[this->participant(participant).name].push_back(command);
+  if (command.kind == Command::Kind::finish)
+    all.finished.insert(participant);
+  for (Recorder &recorder : all.recorders)
+    if (command.kind == Command::Kind::send && command.route == recorder.route())
+      recorder.expect_one();
+}
+
+void Coordinator::flush() {
+  Implementation &all = *implementation_;
+  for (auto &[name, commands] : all.queue) {
+    all.mail.post(all.world.ranks_of(name).front(), tag_command, commands);
+    all.crew.sent(name, commands);
+  }
+  all.queue.clear();
+  all.poll();
+}
+
+Report Coordinator::wait_report(const std::string &participant) {
+  Implementation &all = *implementation_;
+  const int root = all.world.ranks_of(participant).front();
+  Report report;
+  const auto came = [&] {
+    auto letter = all.mail.receive(root, tag_report);
+    if (letter)
+      report = unpack<Report>(std::move(letter->content));
+    return letter.has_value();
+  };
+  // Slow participants are found by the watch over the crew, command by command.
+  constexpr double patience = 100;
+  all.waiting.until(came, [&] { return Awaited{"the report of " + participant, ""}; }, patience);
+  return report;
+}
+
+bool Coordinator::stop_requested() const { return stop_signal != 0; }
+
+} // namespace heartbus::bus

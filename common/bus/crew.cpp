@@ -1,0 +1,55 @@
+#include "common/bus/crew.h"
+
+#include "common/bus/protocol.h"
+#include "common/bus/waiting.h"
+
+#include <sstream>
+
+namespace heartbus::bus {
+
+void Crew::sent(const std::string &participant, const std::vector<Command> &commands) {
+  Work &work = work_[participant];
+  if (work.commands.empty())
+    work.since = std::chrono::steady_clock::now();
+  work.commands.insert(work.commands.end(), commands.begin(), commands.end());
+}
+
+void Crew::executed_one(const std::string &participant) {
+  Work &work = work_[participant];
+  work.commands.pop_front();
+  work.since = std::chrono::steady_clock::now();
+}
+
+bool Crew::idle(const std::string &participant) const {
+  const auto work = work_.find(participant);
+  return work == work_.end() || work->second.commands.empty();
+}
+
+void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
+  const auto now = std::chrono::steady_clock::now();
+  for (const auto &[participant, work] : work_) {
+    if (work.commands.empty() || work.commands.front().kind == Command::Kind::receive ||
+        now - work.since < std::chrono::duration<double>(seconds))
+      continue;
+    std::ostringstream message;
+    message << "waited " << seconds << " s for " << participant << why_late(participant, routes);
+    throw Late(message.str(), "");
+  }
+}
+
+std::string Crew::why_late(std::string participant, const std::vector<RouteName> &routes) const {
+  std::string chain;
+  for (std::size_t link = 0; link <= work_.size(); ++link) {
+    if (idle(participant))
+      return chain + "; " + participant + " has not been ordered to do anything more";
+    const Command &command = work_.at(participant).commands.front();
+    if (command.kind != Command::Kind::receive)
+      return chain + "; " + participant + " is busy with " + kind_of_work(command) + ", " + describe(command.step);
+    const RouteName &route = routes.at(command.route);
+    chain += "; " + participant + " itself waits for '" + route.field + "' from " + route.from;
+    participant = route.from;
+  }
+  return chain + ": they wait for each other";
+}
+
+} // namespace heartbus::bus

@@ -1,0 +1,64 @@
+#include "common/bus/declaration.h"
+
+#include "common/bus/failure.h"
+
+namespace heartbus::bus {
+
+void LocalDeclaration::point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) {
+  if (coordinates.size() % 3 != 0)
+    throw Failure(ExitCode::handshake, "point set '" + name + "' needs three coordinates a point");
+  info_.point_sets.push_back({name, spacing, {coordinates}});
+}
+
+void LocalDeclaration::output(const std::string &name, const std::string &point_set, unsigned components,
+                              const std::string &unit, const std::string &level, const std::vector<double> &values) {
+  const FieldInfo field{name, point_set, unit, level, components, true};
+  info_.fields.push_back(field);
+  fields_.push_back({field, &values, nullptr, coordinates(point_set).size() / 3 * components});
+}
+
+void LocalDeclaration::input(const std::string &name, const std::string &point_set, unsigned components,
+                             const std::string &unit, std::vector<double> &values) {
+  const FieldInfo field{name, point_set, unit, "", components, false};
+  info_.fields.push_back(field);
+  fields_.push_back({field, nullptr, &values, coordinates(point_set).size() / 3 * components});
+}
+
+void LocalDeclaration::task(const std::string &name, std::function<void(const Step &)> action) {
+  info_.tasks.push_back(name);
+  tasks_[name] = std::move(action);
+}
+
+void LocalDeclaration::scalar(const std::string &name, const std::string &unit, std::function<double()> value) {
+  info_.scalars.push_back({name, unit, {}});
+  scalars_.push_back(std::move(value));
+}
+
+void LocalDeclaration::state(const std::string &name, const std::vector<std::string> &names,
+                             std::function<int()> value) {
+  info_.scalars.push_back({name, "", names});
+  scalars_.push_back([value = std::move(value)] { return static_cast<double>(value()); });
+}
+
+const LocalDeclaration::Field &LocalDeclaration::field(const std::string &name, bool output) const {
+  for (const Field &field : fields_)
+    if (field.info.name == name && field.info.output == output)
+      return field;
+  throw Failure(ExitCode::handshake, "field '" + name + "' has not been declared");
+}
+
+const std::vector<double> &LocalDeclaration::coordinates(const std::string &point_set) const {
+  for (const PointSetInfo &set : info_.point_sets)
+    if (set.name == point_set)
+      return set.coordinates.front();
+  throw Failure(ExitCode::handshake, "point set '" + point_set + "' must be declared before its fields");
+}
+
+std::vector<double> LocalDeclaration::scalars() const {
+  std::vector<double> values;
+  for (const auto &value : scalars_)
+    values.push_back(value());
+  return values;
+}
+
+} // namespace heartbus::bus

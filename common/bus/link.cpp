@@ -1,0 +1,158 @@
+#include "common/bus/link.h"
+
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+namespace heartbus::bus {
+namespace {
+
+constexpr int unforeseen = 1;    ///< exit code of exceptions that are no Failure
+constexpr double grace = 3;      ///< [s] for the coupler to answer a complaint
+
+} // namespace
+
+Link::Link(World &world) : world_(world), mail_(world.control()), waiting_([this] { poll(); }) {
+  MPI_Comm_rank(world.local(), &local_rank_);
+  MPI_Comm_size(world.local(), &local_size_);
+  MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
+}
+
+void Link::poll() {
+  mail_.all_sent();
+  int ordered = 0;
+  MPI_Test(&leave_, &ordered, MPI_STATUS_IGNORE);
+  if (ordered)
+    throw LeaveOrder{leave_code_};
+}
+
+Bytes Link::receive_broadcast(double patience) {
+  if (is_root()) {
+    const auto came = [this] {
+      auto letter = mail_.receive(world_.coupler(), tag_command);
+      if (letter)
+        bytes_ = std::move(letter->content);
+      return letter.has_value();
+    };
+    waiting_.until(came, [] { return Awaited{"a command of the coupler", "coupler"}; }, patience);
+    size_ = bytes_.size();
+  }
+  broadcast(&size_, sizeof(size_), patience);
+  bytes_.resize(size_);
+  broadcast(bytes_.data(), size_, patience);
+  return bytes_;
+}
+
+void Link::broadcast(void *data, std::size_t size, double patience) {
+  MPI_Request request;
+  MPI_Ibcast(data, size, MPI_BYTE, 0, world_.local(), &request);
+  const auto done = [&request] {
+    int complete = 0;
+    MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
+    return complete != 0;
+  };
+  waiting_.until(done, [] { return Awaited{"its own rank 0 to pass on a command", ""}; }, patience);
+}
+
+Bytes Link::receive(Tag tag) {
+  Bytes content;
+  const auto came = [&] {
+    auto letter = mail_.receive(world_.coupler(), tag);
+    if (letter)
+      content = std::move(letter->content);
+    return letter.has_value();
+  };
+  waiting_.until(came, [] { return Awaited{"a routing table of the coupler", "coupler"}; });
+  return content;
+}
+
+void Link::post_progress() {
+  Packer nothing;
+  if (is_root())
+    mail_.send(world_.coupler(), tag_progress, nothing);
+}
+
+std::vector<double> Link::sum(const std::vector<double> &values) {
+  summands_ = values;
+  sums_.assign(values.size(), 0.);
+  MPI_Request request;
+  MPI_Ireduce(summands_.data(), sums_.data(), values.size(), MPI_DOUBLE, MPI_SUM, 0, world_.local(), &request);
+  const auto done = [&request] {
+    int complete = 0;
+    MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
+    return complete != 0;
+  };
+  waiting_.until(done, [] { return Awaited{"its own ranks to add up their report", ""}; });
+  return sums_;
+}
+
+void Link::tell_failures(const std::function<void()> &body) {
+  try {
+    body();
+  } catch (const LeaveOrder &) {
+    throw;
+  } catch (const Late &late) {
+    complain({static_cast<int>(late.code()), late.what(), late.waits_for});
+  } catch (const Failure &failure) {
+    complain({static_cast<int>(failure.code()), failure.what(), ""});
+  } catch (const std::exception &exception) {
+    complain({unforeseen, exception.what(), ""});
+  } catch (...) {
+    complain({unforeseen, "an exception of unknown type", ""});
+  }
+}
+
+int Link::guard(const std::function<void()> &body) {
+  try {
+    tell_failures(body);
+  } catch (const LeaveOrder &order) {
+    say_gone();
+    return order.code;
+  }
+  return 0;
+}
+
+void Link::complain(const Complaint &complaint) {
+  post(tag_complaint, complaint);
+  waiting_.within(grace, [] { return false; }); // left by the order to leave
+  std::fprintf(stderr, "heartbus: %s (rank %d): %s\n", world_.members()[world_.rank()].name.c_str(), local_rank_,
+               complaint.message.c_str());
+  world_.abort(complaint.code);
+}
+
+void Link::say_gone() {
+  Packer nothing;
+  mail_.send(world_.coupler(), tag_gone, nothing);
+  for (int i = 0; i < 1000 && !mail_.all_sent(); ++i)
+    std::this_thread::sleep_for(std::chrono::microseconds(500));
+}
+
+void Link::wait_for_the_end() {
+  Packer nothing;
+  mail_.send(world_.coupler(), tag_gone, nothing);
+  try {
+    waiting_.until([] { return false; }, [] { return Awaited{"the end of all others", "coupler"}; }, 10);
+  } catch (const LeaveOrder &order) {
+    if (order.code != 0)
+      throw;
+  }
+}
+
+void Link::connect(const RouteRow &row, unsigned components) {
+  if (!row.outgoing) {
+    incoming.try_emplace(row.route, world_.data(), row.route, components, row.peers);
+    return;
+  }
+  Outgoing &ends = outgoing.try_emplace(row.route, world_.data(), row.route, components).first->second;
+  for (const Peer &peer : row.peers)
+    ends.add(peer);
+}
+
+void Link::close() {
+  for (auto &[route, ends] : outgoing)
+    ends.close();
+  for (auto &[route, ends] : incoming)
+    ends.close();
+}
+
+} // namespace heartbus::bus

@@ -1,0 +1,71 @@
+#pragma once
+
+#include "common/bus/protocol.h"
+#include "common/bus/transfer.h"
+#include "common/bus/waiting.h"
+#include "common/bus/world.h"
+
+#include <functional>
+#include <map>
+#include <vector>
+
+namespace heartbus::bus {
+
+/// The coupler has ordered this rank to leave. Not an error of this rank: it is not reported.
+struct LeaveOrder {
+  int code = 0;
+};
+
+/// One rank's connection with the coupler and with the other ranks of its participant. Every wait listens for the order
+/// to leave, which the coupler sends to every rank. Buffers of messages under way live here, so that they outlast the
+/// unwinding after a failure.
+class Link {
+ public:
+  explicit Link(World &world);
+
+  const Waiting &waiting() const { return waiting_; }
+  void set_deadline(double seconds) { waiting_.deadline = seconds; }
+  bool is_root() const { return local_rank_ == 0; }
+  int local_size() const { return local_size_; }
+
+  /// The coupler's next message to this participant, on every rank of it.
+  Bytes receive_broadcast(double patience);
+  /// The coupler's next message to this very rank.
+  Bytes receive(Tag tag);
+  template <class T> void post(Tag tag, const T &message) { mail_.post(world_.coupler(), tag, message); }
+  void post_progress();
+  /// Sum over the participant's ranks, valid on its root.
+  std::vector<double> sum(const std::vector<double> &values);
+
+  /// Runs `body`; an exception becomes a complaint, answered by the order to leave. Returns the exit code.
+  int guard(const std::function<void()> &body);
+  /// Like guard, but passes the order on to the caller's guard: for failures that must be told before the stack unwinds,
+  /// because destructors of a solver may be collective.
+  void tell_failures(const std::function<void()> &body);
+  /// Nothing more to do: waits until everybody has come that far.
+  void wait_for_the_end();
+  void close();
+
+  /// Takes over a row of a routing table; a later row of the same route adds receivers.
+  void connect(const RouteRow &row, unsigned components);
+  std::map<int, Outgoing> outgoing; ///< by route
+  std::map<int, Incoming> incoming;
+
+ private:
+  void poll();
+  [[noreturn]] void complain(const Complaint &complaint);
+  void say_gone();
+  void broadcast(void *data, std::size_t size, double patience);
+
+  World &world_;
+  Mailbox mail_;
+  Waiting waiting_;
+  int local_rank_ = 0, local_size_ = 1;
+  int leave_code_ = 0;
+  MPI_Request leave_ = MPI_REQUEST_NULL;
+  std::size_t size_ = 0;
+  Bytes bytes_;
+  std::vector<double> summands_, sums_;
+};
+
+} // namespace heartbus::bus

@@ -1,0 +1,138 @@
+#include "common/bus/protocol.h"
+
+namespace heartbus::bus {
+
+Packer &operator<<(Packer &packer, const Welcome &welcome) {
+  return packer << welcome.scene << welcome.output_folder << welcome.deadline;
+}
+Unpacker &operator>>(Unpacker &unpacker, Welcome &welcome) {
+  return unpacker >> welcome.scene >> welcome.output_folder >> welcome.deadline;
+}
+
+Packer &operator<<(Packer &packer, const Peer &peer) {
+  return packer << peer.world_rank << peer.participant << peer.rank << peer.points;
+}
+Unpacker &operator>>(Unpacker &unpacker, Peer &peer) {
+  return unpacker >> peer.world_rank >> peer.participant >> peer.rank >> peer.points;
+}
+
+Packer &operator<<(Packer &packer, const RouteRow &row) {
+  return packer << row.route << row.outgoing << row.field << row.peers;
+}
+Unpacker &operator>>(Unpacker &unpacker, RouteRow &row) {
+  return unpacker >> row.route >> row.outgoing >> row.field >> row.peers;
+}
+
+Packer &operator<<(Packer &packer, const Complaint &complaint) {
+  return packer << complaint.code << complaint.message << complaint.waits_for;
+}
+Unpacker &operator>>(Unpacker &unpacker, Complaint &complaint) {
+  return unpacker >> complaint.code >> complaint.message >> complaint.waits_for;
+}
+
+Packer &operator<<(Packer &packer, const Command &command) {
+  return packer << command.kind << command.task << command.route << command.step;
+}
+Unpacker &operator>>(Unpacker &unpacker, Command &command) {
+  return unpacker >> command.kind >> command.task >> command.route >> command.step;
+}
+
+Packer &operator<<(Packer &packer, const Report &report) {
+  packer << report.scalars << report.cpu_seconds << report.peak_memory << report.seconds.size();
+  for (const auto &[kind, seconds] : report.seconds)
+    packer << kind << seconds;
+  return packer;
+}
+Unpacker &operator>>(Unpacker &unpacker, Report &report) {
+  unpacker >> report.scalars >> report.cpu_seconds >> report.peak_memory;
+  for (auto n = unpacker.read<std::size_t>(); n > 0; --n) {
+    const auto kind = unpacker.read<std::string>();
+    unpacker >> report.seconds[kind];
+  }
+  return unpacker;
+}
+
+Packer &operator<<(Packer &packer, const PointSetInfo &set) {
+  return packer << set.name << set.spacing << set.coordinates;
+}
+Unpacker &operator>>(Unpacker &unpacker, PointSetInfo &set) {
+  return unpacker >> set.name >> set.spacing >> set.coordinates;
+}
+
+Packer &operator<<(Packer &packer, const FieldInfo &field) {
+  return packer << field.name << field.point_set << field.unit << field.level << field.components << field.output;
+}
+Unpacker &operator>>(Unpacker &unpacker, FieldInfo &field) {
+  return unpacker >> field.name >> field.point_set >> field.unit >> field.level >> field.components >> field.output;
+}
+
+Packer &operator<<(Packer &packer, const ScalarInfo &scalar) {
+  return packer << scalar.name << scalar.unit << scalar.states;
+}
+Unpacker &operator>>(Unpacker &unpacker, ScalarInfo &scalar) {
+  return unpacker >> scalar.name >> scalar.unit >> scalar.states;
+}
+
+Packer &operator<<(Packer &packer, const ParticipantInfo &info) {
+  return packer << info.point_sets << info.fields << info.tasks << info.scalars;
+}
+Unpacker &operator>>(Unpacker &unpacker, ParticipantInfo &info) {
+  return unpacker >> info.point_sets >> info.fields >> info.tasks >> info.scalars;
+}
+
+std::string describe(const Step &step) {
+  return "step " + std::to_string(step.number) + ", iteration " + std::to_string(step.iteration);
+}
+
+std::string kind_of_work(const Command &command) {
+  switch (command.kind) {
+  case Command::Kind::prepare:
+    return "prepare";
+  case Command::Kind::solve:
+    return "solve";
+  case Command::Kind::commit:
+    return "commit";
+  case Command::Kind::task:
+    return "task:" + command.task;
+  case Command::Kind::send:
+    return "send";
+  case Command::Kind::receive:
+    return "receive";
+  case Command::Kind::report:
+    return "report";
+  case Command::Kind::connect:
+    return "connect";
+  case Command::Kind::finish:
+    return "finish";
+  }
+  return "";
+}
+
+void Mailbox::send(int rank, Tag tag, Packer &packer) {
+  Outbound &letter = outbound_.emplace_back(Outbound{packer.take(), MPI_REQUEST_NULL});
+  MPI_Isend(letter.bytes.data(), letter.bytes.size(), MPI_BYTE, rank, tag, communicator_, &letter.request);
+}
+
+std::optional<Mailbox::Letter> Mailbox::receive(int rank, Tag tag) {
+  int arrived = 0, size = 0;
+  MPI_Message message;
+  MPI_Status status;
+  MPI_Improbe(rank, tag, communicator_, &arrived, &message, &status);
+  if (!arrived)
+    return {};
+  MPI_Get_count(&status, MPI_BYTE, &size);
+  Bytes bytes(size);
+  MPI_Mrecv(bytes.data(), size, MPI_BYTE, &message, MPI_STATUS_IGNORE);
+  return Letter{status.MPI_SOURCE, std::move(bytes)};
+}
+
+bool Mailbox::all_sent() {
+  for (auto letter = outbound_.begin(); letter != outbound_.end();) {
+    int sent = 0;
+    MPI_Test(&letter->request, &sent, MPI_STATUS_IGNORE);
+    letter = sent ? outbound_.erase(letter) : std::next(letter);
+  }
+  return outbound_.empty();
+}
+
+} // namespace heartbus::bus

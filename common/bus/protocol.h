@@ -1,0 +1,102 @@
+#pragma once
+
+#include "common/bus/coordinator.h"
+#include "common/bus/packer.h"
+
+#include <list>
+#include <mpi.h>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace heartbus::bus {
+
+/// Tags of the control communicator.
+enum Tag {
+  tag_command,     ///< coupler -> root: the welcome, then batches of commands
+  tag_declaration, ///< every rank -> coupler
+  tag_route,       ///< coupler -> rank: its row of a routing table
+  tag_progress,    ///< root -> coupler: one command has been executed
+  tag_report,      ///< root -> coupler
+  tag_complaint,   ///< any rank -> coupler: it has failed
+  tag_leave,       ///< coupler -> every rank: the exit code; 0 after a good end
+  tag_gone         ///< every rank -> coupler: it will use the bus no more
+};
+
+/// First message to a participant.
+struct Welcome {
+  std::string scene, output_folder;
+  double deadline = 0;
+};
+
+/// Which points of this rank travel to, or come from, one other rank.
+struct Peer {
+  int world_rank = 0;
+  std::string participant;
+  int rank = 0; ///< within that participant
+  std::vector<int> points;
+};
+
+/// One rank's row of a routing table.
+struct RouteRow {
+  int route = 0;
+  bool outgoing = false;
+  std::string field;
+  std::vector<Peer> peers;
+};
+
+/// Why a rank has failed. A deadline names the participant that was waited for.
+struct Complaint {
+  int code = 0;
+  std::string message, waits_for;
+};
+
+Packer &operator<<(Packer &packer, const Welcome &welcome);
+Unpacker &operator>>(Unpacker &unpacker, Welcome &welcome);
+Packer &operator<<(Packer &packer, const RouteRow &row);
+Unpacker &operator>>(Unpacker &unpacker, RouteRow &row);
+Packer &operator<<(Packer &packer, const Complaint &complaint);
+Unpacker &operator>>(Unpacker &unpacker, Complaint &complaint);
+Packer &operator<<(Packer &packer, const Command &command);
+Unpacker &operator>>(Unpacker &unpacker, Command &command);
+Packer &operator<<(Packer &packer, const Report &report);
+Unpacker &operator>>(Unpacker &unpacker, Report &report);
+/// One rank's declarations: `info.point_sets[i].coordinates` holds this rank's points alone.
+Packer &operator<<(Packer &packer, const ParticipantInfo &info);
+Unpacker &operator>>(Unpacker &unpacker, ParticipantInfo &info);
+
+/// "step 3, iteration 0"
+std::string describe(const Step &step);
+/// "solve", "task inflate", "send": also the kinds of work in a Report.
+std::string kind_of_work(const Command &command);
+
+/// Sends and receives messages of any length without ever blocking.
+class Mailbox {
+ public:
+  explicit Mailbox(MPI_Comm communicator) : communicator_(communicator) {}
+
+  void send(int rank, Tag tag, Packer &packer);
+  template <class T> void post(int rank, Tag tag, const T &message) {
+    Packer packer;
+    packer << message;
+    send(rank, tag, packer);
+  }
+
+  struct Letter {
+    int sender = 0;
+    Bytes content;
+  };
+  std::optional<Letter> receive(int rank, Tag tag); ///< rank may be MPI_ANY_SOURCE
+
+  bool all_sent(); ///< lets messages progress and frees those that have left
+
+ private:
+  struct Outbound {
+    Bytes bytes;
+    MPI_Request request;
+  };
+  MPI_Comm communicator_;
+  std::list<Outbound> outbound_;
+};
+
+} // namespace heartbus::bus

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "common/bus/protocol.h"
+#include "common/bus/solver.h"
+
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::bus {
+
+/// What travels between one pair of ranks on one route: a header (route, step, iteration, time, size) and the values,
+/// packed into a buffer that a persistent request owns.
+struct Channel {
+  Peer peer;
+  std::vector<double> buffer;
+  MPI_Request request = MPI_REQUEST_NULL;
+};
+
+/// The sending end of a route on one rank. A buffer stays busy until its receiver has taken it, which may be later:
+/// whoever sends again waits for `idle` first.
+class Outgoing {
+ public:
+  Outgoing(MPI_Comm communicator, int route, unsigned components);
+  void add(const Peer &peer);
+  bool idle();
+  void send(const Step &step, const std::vector<double> &values); ///< needs idle()
+  std::string busy_with() const; ///< "mech (rank 1), fluid (rank 0)": who has not taken the previous values
+  void close();
+
+ private:
+  MPI_Comm communicator_;
+  int route_;
+  unsigned components_;
+  std::vector<Channel> channels_;
+};
+
+/// The receiving end of a route on one rank. Its buffers always wait for the next message, so that senders get rid of it.
+class Incoming {
+ public:
+  Incoming(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers);
+  bool arrived();
+  /// Unpacks what has arrived; Failure(handshake) when messages of different steps have met.
+  Step take(std::vector<double> &values); ///< needs arrived()
+  std::string missing() const;            ///< "ep (rank 1)": whose message has not come yet
+  std::string sender() const { return channels_.empty() ? "" : channels_.front().peer.participant; }
+  void close();
+
+ private:
+  int route_;
+  unsigned components_;
+  std::vector<Channel> channels_;
+};
+
+} // namespace heartbus::bus

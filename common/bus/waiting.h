@@ -1,0 +1,40 @@
+#pragma once
+
+#include "common/bus/failure.h"
+
+#include <functional>
+#include <string>
+
+namespace heartbus::bus {
+
+/// What a wait is for, and which participant should provide it.
+struct Awaited {
+  std::string what, from;
+};
+
+/// Somebody waited too long; `waits_for` names who kept him waiting.
+class Late : public Failure {
+ public:
+  Late(const std::string &message, const std::string &waits_for)
+      : Failure(ExitCode::deadline, message), waits_for(waits_for) {}
+  const std::string waits_for;
+};
+
+/// Waits asleep: spins 50 us (most answers come at once), then sleeps 20 us, doubling up to 200 us, so that an idle rank
+/// leaves its core to the working ones. Every round also calls `poll`, which looks for an order to leave and throws it.
+class Waiting {
+ public:
+  explicit Waiting(std::function<void()> poll) : poll_(std::move(poll)) {}
+
+  double deadline = 60; ///< [s]; the scene's value from the handshake on
+
+  /// Returns when `done()`; Late("waited .. s for ..") after `patience` deadlines.
+  void until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience = 1) const;
+  /// As above, but gives up silently: false after `seconds`.
+  bool within(double seconds, const std::function<bool()> &done) const;
+
+ private:
+  std::function<void()> poll_;
+};
+
+} // namespace heartbus::bus

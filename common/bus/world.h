@@ -1,0 +1,49 @@
+#pragma once
+
+#include <mpi.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::bus {
+
+constexpr int protocol_version = 1; ///< everyone in a launch must speak the same
+extern const char *const build_id;  ///< shown by --version and in the list of who came
+
+/// What every rank of the launch tells all others first.
+struct Member {
+  std::string name, program, build;
+  int protocol = protocol_version;
+  bool coupler = false;
+};
+
+/// The launch: initialises MPI, learns who came and splits by declared name (MPI_APPNUM is absent under some launchers).
+/// This is the only place that names MPI_COMM_WORLD. A launch without exactly one coupler, with one name claimed by two
+/// programs or with different protocols ends here, with one message that lists who came.
+class World {
+ public:
+  World(int &argc, char **&argv, const Member &self);
+
+  int rank() const { return rank_; }
+  int coupler() const { return coupler_; }
+  const std::vector<Member> &members() const { return members_; } ///< by rank of the world
+  std::vector<int> ranks_of(const std::string &name) const;
+  std::string who_came() const;
+
+  MPI_Comm control() const { return control_; } ///< everyone: commands, complaints, reports
+  MPI_Comm data() const { return data_; }       ///< everyone: fields
+  MPI_Comm own() const { return own_; }         ///< the participant's ranks: for the solver
+  MPI_Comm local() const { return local_; }     ///< the participant's ranks: for the bus
+
+  void finalize();                    ///< collective over the launch
+  [[noreturn]] void abort(int code);  ///< when somebody cannot be reached any more
+
+ private:
+  void gather_members(const Member &self);
+  std::string objection() const;
+
+  int rank_ = 0, coupler_ = -1;
+  std::vector<Member> members_;
+  MPI_Comm control_ = MPI_COMM_NULL, data_ = MPI_COMM_NULL, own_ = MPI_COMM_NULL, local_ = MPI_COMM_NULL;
+};
+
+} // namespace heartbus::bus
