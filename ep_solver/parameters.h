@@ -2,10 +2,46 @@
 
 #include "common/config/section.h"
 
+#include <string>
+#include <vector>
+
 namespace heartbus::ep {
+
+/// Where tissue is stimulated: a ball, whose edge is smooth, or a cube with sharp edges.
+struct StimulusSite {
+  std::string shape = "ball";
+  std::vector<double> centre{0, 0, 0}; ///< [m], reference configuration
+  double radius = 5e-3;                ///< [m], of the cube half an edge
+  void describe(config::Section &section);
+};
+
+/// The applied current I_app of the monodomain equation: a model of the Purkinje network. The default is three places
+/// of the endocardium of the default ventricle, 35 mm below its base, with the current of the benchmark of Niederer et
+/// al. 2011 (doi 10.1098/rsta.2011.0139): 50000 uA/cm^3 over 1400 /cm and 1 uF/cm^2.
+struct StimulusParameters {
+  double amplitude = 35.714, duration = 3e-3, period = 0.8; ///< [V/s], [s], [s]
+  std::vector<StimulusSite> sites{{"ball", {20.83e-3, 0, -20e-3}, 5e-3},
+                                  {"ball", {-10.41e-3, 18.04e-3, -20e-3}, 5e-3},
+                                  {"ball", {-10.41e-3, -18.04e-3, -20e-3}, 5e-3}};
+  void describe(config::Section &section);
+};
+
+/// Diffusion along fibres, sheets and their normals, conductivity over membrane area and capacitance [m^2/s]; the
+/// defaults are the paper's.
+struct ConductivityParameters {
+  double fibre = 1.68e-4, sheet = 0.769e-4, normal = 0.248e-4;
+  void describe(config::Section &section);
+};
 
 /// The keys of the scene block `electrophysiology`.
 struct Parameters {
+  int refinements = 1;
+  int substeps = 1;
+  std::string ionic_model = "ttp06_epi";
+  std::string initial_state = "limit_cycle";
+  ConductivityParameters conductivity;
+  StimulusParameters stimulus;
+  double tolerance = 1e-8;
   void describe(config::Section &section);
 };
 

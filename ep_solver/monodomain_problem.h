@@ -1,0 +1,31 @@
+#pragma once
+
+#include "common/fem/linear_solver.h"
+#include "ep_solver/monodomain_kernel.h"
+
+namespace heartbus::ep {
+
+/// One step of the monodomain equation (paper, section 3.1, step 1b), in the reference configuration:
+///
+///     (v^{n+1} - v^n) / dt - div(D grad v^{n+1}) = I,   D grad v . n = 0,      I = I_app^{n+1} - I_ion
+///
+/// with linear elements: (M/dt + K) v^{n+1} = M (v^n/dt + I). The current is interpolated from its nodal values (ionic
+/// current interpolation). M is never lumped: on coarse meshes lumping slows the wave to half its speed or stops it.
+class MonodomainProblem {
+ public:
+  /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
+  MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, double tolerance);
+
+  /// Sets the step; the matrix is formed when it has changed.
+  void set_step(double dt);
+  /// `v` holds a guess of v^{n+1} when called, v^{n+1} in the end. The tolerance is relative to the right-hand side.
+  fem::LinearStatistics solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v);
+
+ private:
+  fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K
+  double tolerance_, dt_ = 0;
+  std::unique_ptr<fem::Preconditioner> preconditioner_;
+  fem::Vector rate_, rhs_, work_, increment_;
+};
+
+} // namespace heartbus::ep
