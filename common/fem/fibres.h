@@ -1,0 +1,43 @@
+#pragma once
+
+#include "common/fem/lagrange_space.h"
+#include "common/fem/small_matrix.h"
+#include "common/geometry/parameters.h"
+
+#include <vector>
+
+namespace heartbus::fem {
+
+/// Directions of fibres f, sheets s and sheet normals n in the wall, at rest.
+///
+/// Rule "transmural" (Rossi et al. 2014, doi 10.1016/j.euromechsol.2013.10.009, in the form of Piersanti et al. 2021,
+/// doi 10.1016/j.cma.2020.113468): the harmonic phi with phi = 0 on `interface` and 1 on `epicardium` gives the
+/// transmural direction e_t = grad phi / |grad phi|; with k, the outward normal of the base (+z),
+///
+///     e_n = (k - (k.e_t) e_t) / |.|,   e_l = e_n x e_t   (circumferential),
+///     f = cos(theta) e_l + sin(theta) e_n,   theta = theta_endo (1 - phi) + theta_epi phi,   s = e_t,   n = f x s.
+///
+/// So [f s n] is right-handed, and a positive angle winds from the apex to the base like a right-handed screw.
+/// Gradients are taken at the quadrature points, where frames are needed, and never interpolated: f has no direction at
+/// the apex.
+class Fibres {
+ public:
+  /// Collective: the transmural rule solves a Laplace problem. Failure(scene) when the labels it needs are missing.
+  Fibres(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+
+  /// [q] of a batch: columns f, s, n, orthonormal (in unused slots too).
+  const Mat3<Lanes> *frames(unsigned batch) const { return &frames_[std::size_t(batch) * n_q_]; }
+  /// [owned node][3] unit vectors, for pictures: the principal direction of the mean of f (x) f around the node.
+  const std::vector<double> &nodal_fibres() const { return nodal_fibres_; }
+
+ private:
+  void lay_constant(const geometry::FibreParameters &parameters);
+  void lay_transmural(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void average_at_nodes(const LagrangeSpace &space);
+
+  unsigned n_q_;
+  std::vector<Mat3<Lanes>> frames_; ///< [batch][q]
+  std::vector<double> nodal_fibres_;
+};
+
+} // namespace heartbus::fem

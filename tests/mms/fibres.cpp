@@ -1,0 +1,170 @@
+#include "common/fem/fibres.h"
+#include "common/bus/failure.h"
+#include "common/geometry/mesh_tools.h"
+#include "common/geometry/shapes.h"
+#include "mpi_test_main.h"
+
+#include <cmath>
+#include <map>
+
+using namespace heartbus;
+using fem::n_lanes;
+using geometry::Point3;
+
+namespace {
+
+/// Column `i` of the frame: 0 f, 1 s, 2 n.
+Point3 column(const fem::Fibres &fibres, unsigned slot, unsigned q, unsigned i) {
+  const auto &frame = fibres.frames(slot / n_lanes)[q];
+  const unsigned lane = slot % n_lanes;
+  return {frame[0][i][lane], frame[1][i][lane], frame[2][i][lane]};
+}
+
+template <class Visit>
+void for_each_owned_point(const fem::LagrangeSpace &space, const Visit &visit) {
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < space.n_q() && space.slot_owned(slot); ++q)
+      visit(slot, q);
+}
+
+double largest(double x) { return dealii::Utilities::MPI::max(x, MPI_COMM_WORLD); }
+
+geometry::Mesh ventricle() { return geometry::make_solid(geometry::Parameters()); }
+
+/// A flat wall of 10 mm: endocardium x = 0, epicardium x = 10 mm.
+geometry::Mesh flat_wall() {
+  geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {10e-3, 8e-3, 6e-3}, {5, 3, 3});
+  mesh.labels[0] = "interface";
+  mesh.labels[1] = "epicardium";
+  return mesh;
+}
+
+} // namespace
+
+TEST(Fibres, TurnLinearlyThroughAFlatWall) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, flat_wall());
+  const geometry::FibreParameters parameters;
+  const fem::Fibres fibres(space, parameters);
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    // e_t = x, k = z: e_n = z, e_l = y.
+    const double depth = space.quadrature_point(slot, q)[0] / 10e-3;
+    const double theta = (1 - depth) * parameters.angle_endo + depth * parameters.angle_epi;
+    const Point3 f = column(fibres, slot, q, 0), s = column(fibres, slot, q, 1), n = column(fibres, slot, q, 2);
+    const Point3 wanted_f{0, std::cos(theta), std::sin(theta)}, wanted_n{0, std::sin(theta), -std::cos(theta)};
+    for (unsigned i = 0; i < 3; ++i) {
+      EXPECT_NEAR(f[i], wanted_f[i], 1e-9);
+      EXPECT_NEAR(s[i], i == 0, 1e-9);
+      EXPECT_NEAR(n[i], wanted_n[i], 1e-9);
+    }
+  });
+}
+
+TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle());
+  const fem::Fibres fibres(space, {});
+  double worst = 0;
+  for (unsigned batch = 0; batch < space.n_batches(); ++batch)
+    for (unsigned q = 0; q < space.n_q(); ++q) {
+      const auto &R = fibres.frames(batch)[q];
+      const auto RtR = fem::transpose(R) * R;
+      for (unsigned lane = 0; lane < n_lanes; ++lane) {
+        worst = std::max(worst, std::abs(fem::determinant(R)[lane] - 1));
+        for (unsigned i = 0; i < 3; ++i)
+          for (unsigned j = 0; j < 3; ++j)
+            worst = std::max(worst, std::abs(RtR[i][j][lane] - (i == j)));
+      }
+    }
+  EXPECT_LT(largest(worst), 1e-12); // not a number fails too
+}
+
+TEST(Fibres, FormARightHandedHelixOnTheEndocardiumAndALeftHandedOneOnTheEpicardium) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle(), 1);
+  const fem::Fibres fibres(space, {});
+  // Near the widest section: z against the circumference y of a point on the x axis (e_t = x, e_n = z, e_l = y).
+  double endo = -1e300, epi = -1e300;
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    const Point3 x = space.quadrature_point(slot, q), f = column(fibres, slot, q, 0), s = column(fibres, slot, q, 1);
+    const double r = std::hypot(x[0], x[1]);
+    if (std::abs(x[2]) > 4e-3)
+      return;
+    EXPECT_GT((s[0] * x[0] + s[1] * x[1]) / r, 0.9) << "sheets point outwards";
+    const double around = (f[1] * x[0] - f[0] * x[1]) / r, angle = std::atan2(f[2], around) * 180 / M_PI;
+    if (r < 22.5e-3)
+      endo = std::max(endo, std::abs(angle - 60));
+    if (r > 31.3e-3)
+      epi = std::max(epi, std::abs(angle + 60));
+  });
+  EXPECT_LT(largest(endo), 10); // quadrature points lie up to 0.9 mm from the surface: 120 deg / 10 mm
+  EXPECT_LT(largest(epi), 10);
+  EXPECT_GE(largest(endo), 0) << "no point near the endocardium was visited";
+  EXPECT_GE(largest(epi), 0) << "no point near the epicardium was visited";
+}
+
+TEST(Fibres, DoNotDependOnThePartition) {
+  const fem::LagrangeSpace together(MPI_COMM_WORLD, ventricle()), alone(MPI_COMM_SELF, ventricle());
+  const fem::Fibres fibres(together, {}), reference(alone, {});
+  // Both find the same cells in another order: compare by the coordinates of quadrature points.
+  std::map<std::array<long, 3>, std::pair<unsigned, unsigned>> where;
+  const auto key = [](const Point3 &x) {
+    return std::array<long, 3>{std::lround(x[0] * 1e9), std::lround(x[1] * 1e9), std::lround(x[2] * 1e9)};
+  };
+  for_each_owned_point(alone, [&](unsigned slot, unsigned q) {
+    where[key(alone.quadrature_point(slot, q))] = {slot, q};
+  });
+  double worst = 0, found = 0;
+  for_each_owned_point(together, [&](unsigned slot, unsigned q) {
+    const auto other = where.find(key(together.quadrature_point(slot, q)));
+    if (other == where.end()) // rounded to another nanometre
+      return;
+    ++found;
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned c = 0; c < 3; ++c)
+        worst = std::max(worst, std::abs(column(fibres, slot, q, i)[c] -
+                                         column(reference, other->second.first, other->second.second, i)[c]));
+  });
+  EXPECT_LT(largest(worst), 1e-7);
+  EXPECT_GT(dealii::Utilities::MPI::sum(found, MPI_COMM_WORLD), 0.9 * 8 * double(together.n_global_cells()));
+}
+
+TEST(Fibres, AtNodesAreUnitVectorsTangentToTheWall) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, flat_wall());
+  const fem::Fibres fibres(space, {});
+  const auto &f = fibres.nodal_fibres();
+  ASSERT_EQ(f.size(), 3 * space.n_owned_nodes());
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
+    EXPECT_NEAR(f[3 * node] * f[3 * node] + f[3 * node + 1] * f[3 * node + 1] + f[3 * node + 2] * f[3 * node + 2], 1,
+                1e-12);
+    EXPECT_NEAR(f[3 * node], 0, 1e-9);
+    const double depth = space.points()[node][0] / 10e-3;
+    if (depth > 0.1 && depth < 0.9) { // an even patch around an inner node
+      EXPECT_NEAR(std::atan2(f[3 * node + 2], f[3 * node + 1]), M_PI / 3 * (1 - 2 * depth), 1e-6);
+    }
+  }
+}
+
+TEST(Fibres, OfTheConstantRuleFollowTheGivenDirection) {
+  geometry::Parameters slab;
+  slab.shape = "slab";
+  slab.slab.cell = 3e-3;
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_solid(slab));
+  geometry::FibreParameters parameters;
+  parameters.rule = "constant";
+  parameters.direction = {0, 3, 0};
+  parameters.sheet = {1, 5, 0}; // made orthogonal
+  const fem::Fibres fibres(space, parameters);
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    EXPECT_EQ(column(fibres, slot, q, 0), (Point3{0, 1, 0}));
+    EXPECT_NEAR(column(fibres, slot, q, 1)[0], 1, 1e-14);
+    EXPECT_NEAR(column(fibres, slot, q, 2)[2], -1, 1e-14);
+  });
+}
+
+TEST(Fibres, OfTheTransmuralRuleNeedAnEpicardium) {
+  geometry::Parameters slab;
+  slab.shape = "slab";
+  slab.slab.cell = 3e-3;
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_solid(slab));
+  EXPECT_THROW(fem::Fibres(space, {}), Failure);
+}
+
+int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
