@@ -1,0 +1,23 @@
+#include "ep_solver/conductivity.h"
+
+namespace heartbus::ep {
+
+using fem::Lanes;
+using fem::Mat3;
+
+std::vector<Mat3<Lanes>> conductivity(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
+                                      const ConductivityParameters &parameters) {
+  const double sigma[3] = {parameters.fibre, parameters.sheet, parameters.normal};
+  std::vector<Mat3<Lanes>> D(space.n_batches() * space.n_q());
+  for (unsigned batch = 0; batch < space.n_batches(); ++batch)
+    for (unsigned q = 0; q < space.n_q(); ++q) {
+      const Mat3<Lanes> &frame = fibres.frames(batch)[q]; // columns f, s, n
+      for (unsigned i = 0; i < 3; ++i)
+        for (unsigned j = 0; j < 3; ++j)
+          for (unsigned k = 0; k < 3; ++k)
+            D[batch * space.n_q() + q][i][j] += sigma[k] * frame[i][k] * frame[j][k];
+    }
+  return D;
+}
+
+} // namespace heartbus::ep

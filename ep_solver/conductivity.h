@@ -1,0 +1,13 @@
+#pragma once
+
+#include "common/fem/fibres.h"
+#include "ep_solver/parameters.h"
+
+namespace heartbus::ep {
+
+/// The tensor of the paper (section 2.2), D = sigma_f f (x) f + sigma_s s (x) s + sigma_n n (x) n, at all quadrature
+/// points of the space: [batch * n_q + q] [m^2/s].
+std::vector<fem::Mat3<fem::Lanes>> conductivity(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
+                                                const ConductivityParameters &parameters);
+
+} // namespace heartbus::ep

@@ -1,0 +1,22 @@
+#include "common/bus/participant.h"
+#include "common/fem/runtime.h"
+#include "common/geometry/shapes.h"
+#include "common/schema/scene.h"
+#include "ep_solver/conductivity.h"
+#include "ep_solver/ep_solver.h"
+
+using namespace heartbus;
+
+int main(int argc, char **argv) {
+  bus::Participant participant(argc, argv, "ep", "ep_solver");
+  return participant.run([&] {
+    const SceneParameters scene = read_scene(participant.scene_text(), "scene");
+    const fem::Runtime runtime(participant.communicator());
+    const fem::LagrangeSpace space(participant.communicator(), geometry::make_solid(scene.geometry),
+                                   scene.ep.refinements);
+    const fem::Fibres fibres(space, scene.fibres);
+    ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
+    solver.write_fields(participant.output_folder() + "/fields", scene.output);
+    participant.serve(solver);
+  });
+}
