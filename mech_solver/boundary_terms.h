@@ -1,0 +1,48 @@
+#pragma once
+
+#include "common/fem/nodal_matrix.h"
+#include "mech_solver/parameters.h"
+
+namespace heartbus::mech {
+
+/// The pericardium on the epicardium (paper, eq. (pericardium)): with the outward reference normal n, over the
+/// reference area,
+///
+///     P n = -(n x n) (K_perp d + C_perp d_t) - (I - n x n) (K_par d + C_par d_t).
+///
+/// It is linear: the face matrices are integrated once.
+class Pericardium {
+ public:
+  Pericardium(const fem::LagrangeSpace &space, const PericardiumParameters &parameters);
+  /// r += stiffness d + damping v; v may be null (statics). Ghosts of d and v must be up to date.
+  void add_force(const fem::Vector &d, const fem::Vector *v, fem::Vector &r) const;
+  /// K += stiffness + damping_factor * damping.
+  void add_tangent(double damping_factor, fem::NodalMatrix &K) const;
+
+ private:
+  struct Pair { // coupling between two nodes of a face
+    unsigned slot, a, b, row, column;
+    std::array<double, 9> stiffness, damping;
+  };
+  void add_face(const fem::LagrangeSpace &space, const fem::BoundaryFaces &faces, unsigned f,
+                const PericardiumParameters &parameters);
+  std::vector<Pair> pairs_;
+};
+
+/// Pressure that follows the surface of one label: the load on the solid is -int p J F^{-T} N . phi over the reference
+/// area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in direction e_j phi_b is the vector e_j x w_b.
+class FollowerPressure {
+ public:
+  FollowerPressure(const fem::LagrangeSpace &space, const std::string &label);
+  /// r += pressure * int J F^{-T} N . phi (an inner force: the load with its sign turned). Ghosts of d up to date.
+  void add_force(double pressure, const fem::Vector &d, fem::Vector &r) const;
+  void add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+
+ private:
+  Mat3<double> deformation(unsigned f, unsigned q, const fem::Vector &d) const;
+  void add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+  const fem::LagrangeSpace &space_;
+  fem::BoundaryFaces faces_;
+};
+
+} // namespace heartbus::mech

@@ -1,0 +1,300 @@
+#include "mech_solver/elasticity_problem.h"
+
+#include <algorithm>
+
+namespace heartbus::mech {
+
+using fem::n_lanes;
+
+/// Aligned, so that no access crosses a cache line.
+struct ElasticityProblem::CellData {
+  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> displacement, inertia;
+  alignas(64) std::array<Lanes, max_nodes_per_cell> tension;
+};
+
+ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
+                                     const Parameters &parameters)
+    : d_n(space.make_vector(3)), d_nm1(d_n), tension(space.make_vector(1)), load(d_n), space_(space), fibres_(fibres),
+      solver_(parameters.solver), density_(parameters.density), pericardium_(space, parameters.pericardium),
+      inertia_(d_n), velocity_(d_n), tangent_(space, 3) {
+  make_regions(parameters);
+  constrain(parameters);
+  if (space.has_label("interface"))
+    interface_.emplace_back(space, "interface");
+  if (!parameters.end_pressure.label.empty())
+    end_.emplace_back(space, parameters.end_pressure.label);
+}
+
+void ElasticityProblem::make_regions(const Parameters &parameters) {
+  if (parameters.law == "guccione")
+    regions_.push_back({parameters.guccione, true, {}, {}});
+  else
+    regions_.push_back({parameters.neo_hookean, true, {}, {}});
+  if (!parameters.passive_regions.empty())
+    regions_.push_back({parameters.neo_hookean, false, {}, {}});
+
+  std::vector<bool> passive(std::max<std::size_t>(space_.material_names().size(), 1), false);
+  for (const auto &name : parameters.passive_regions) {
+    const auto &names = space_.material_names();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end())
+      throw Failure(ExitCode::scene, "mechanics.passive_regions: the mesh has no region '" + name + "'");
+    passive[found - names.begin()] = true;
+  }
+  const unsigned n_q = space_.n_q();
+  for (Region &region : regions_) {
+    region.JxW.assign(space_.JxW(0), space_.JxW(0) + std::size_t(space_.n_batches()) * n_q);
+    region.in_batch.assign(space_.n_batches(), 0);
+    for (unsigned slot = 0; slot < space_.n_slots(); ++slot) {
+      const bool here = space_.slot_used(slot) && passive[space_.material(slot)] != region.contracts;
+      region.in_batch[slot / n_lanes] |= here;
+      for (unsigned q = 0; q < n_q && !here; ++q)
+        region.JxW[(slot / n_lanes) * n_q + q][slot % n_lanes] = 0;
+    }
+  }
+}
+
+void ElasticityProblem::constrain(const Parameters &parameters) {
+  constrained_.assign(3 * space_.n_local_nodes(), 0);
+  for (const auto &label : parameters.fixed)
+    fem::fix_vector(space_, 3, label, constrained_);
+  for (const auto &label : parameters.rollers)
+    fem::fix_normal(space_, 3, label, constrained_);
+  tangent_.set_constraints(constrained_);
+}
+
+void ElasticityProblem::set_mode(double dt) {
+  if (dt != dt_) {
+    has_tangent_ = false;
+    preconditioner_is_old_ = true;
+  }
+  dt_ = dt;
+}
+
+fem::NewtonSettings ElasticityProblem::newton_settings() const {
+  fem::NewtonSettings settings;
+  settings.residual_tolerance = solver_.residual_tolerance;
+  settings.update_tolerance = solver_.update_tolerance * space_.smallest_cell_size();
+  settings.max_iterations = solver_.max_iterations;
+  return settings;
+}
+
+fem::NewtonStatistics ElasticityProblem::solve_dynamic(double dt, fem::Vector &d) {
+  set_mode(dt);
+  d_n.update_ghost_values();
+  d_nm1.update_ghost_values();
+  tension.update_ghost_values();
+  return fem::newton("elastodynamics", *this, d, newton_settings());
+}
+
+/// Without inertia the tangent changes a lot from one iterate to the next, and steps must be kept short.
+fem::NewtonStatistics ElasticityProblem::solve_static(fem::Vector &d) {
+  set_mode(0);
+  has_tangent_ = false;
+  tension.update_ghost_values();
+  fem::NewtonSettings settings = newton_settings();
+  settings.contraction = 0;
+  settings.largest_update = 5e-3;
+  return fem::newton("quasi-static elasticity", *this, d, settings);
+}
+
+bool ElasticityProblem::is_valid(const fem::Vector &d) {
+  fem::Vector r = space_.make_vector(3);
+  return residual(d, r).valid;
+}
+
+void ElasticityProblem::refuse_inverted_cells() const {
+  fem::refuse_inverted_cells(space_, smallest_J_, worst_slot_, "the displacement of the solid");
+}
+
+void ElasticityProblem::solid_forces(const fem::Vector &d, fem::Vector &r) {
+  const double dt = dt_;
+  dt_ = 0;
+  tension.update_ghost_values();
+  d.update_ghost_values();
+  r = 0;
+  add_cells(d, r);
+  pericardium_.add_force(d, nullptr, r);
+  r.zero_out_ghost_values();
+  fem::zero_constrained(r, constrained_);
+  dt_ = dt;
+}
+
+void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &tension_change, fem::Vector &r) const {
+  d.update_ghost_values();
+  tension_change.update_ghost_values();
+  r = 0;
+  CellData data;
+  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
+  for (const Region &region : regions_)
+    for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
+      if (region.in_batch[batch]) {
+        forces.fill(Lanes{});
+        add_active_force(gather(batch, region, d, tension_change, data), forces.data());
+        scatter(batch, forces.data(), 3, r);
+      }
+  r.zero_out_ghost_values();
+  fem::zero_constrained(r, constrained_);
+}
+
+void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const {
+  d.update_ghost_values();
+  fem::Vector weight(stretch);
+  stretch = 0;
+  weight = 0;
+  CellData data;
+  alignas(64) std::array<Lanes, max_nodes_per_cell> numerators, weights;
+  for (const Region &region : regions_)
+    for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
+      if (region.in_batch[batch]) {
+        numerators.fill(Lanes{});
+        weights.fill(Lanes{});
+        add_stretch_projection(gather(batch, region, d, tension, data), numerators.data(), weights.data());
+        scatter(batch, numerators.data(), 1, stretch);
+        scatter(batch, weights.data(), 1, weight);
+      }
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
+    stretch.begin()[node] = weight.begin()[node] > 0 ? std::sqrt(stretch.begin()[node] / weight.begin()[node]) : 1.0;
+  stretch.zero_out_ghost_values();
+}
+
+void ElasticityProblem::update_time_terms(const fem::Vector &d) {
+  const double *now = d.begin(), *n = d_n.begin(), *nm1 = d_nm1.begin();
+  for (unsigned i = 0; i < 3 * space_.n_local_nodes(); ++i) {
+    inertia_.begin()[i] = dt_ > 0 ? density_ / (dt_ * dt_) * (now[i] - 2 * n[i] + nm1[i]) : 0;
+    velocity_.begin()[i] = dt_ > 0 ? (now[i] - n[i]) / dt_ : 0;
+  }
+}
+
+ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, const fem::Vector &d,
+                                          const fem::Vector &tension, CellData &data) const {
+  const unsigned n = space_.nodes_per_cell();
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned *nodes = space_.cell_nodes(batch * n_lanes + lane);
+    for (unsigned a = 0; a < n; ++a) {
+      data.tension[a][lane] = region.contracts ? tension.begin()[nodes[a]] : 0;
+      for (unsigned i = 0; i < 3; ++i) {
+        data.displacement[3 * a + i][lane] = d.begin()[nodes[a] * 3 + i];
+        data.inertia[3 * a + i][lane] = inertia_.begin()[nodes[a] * 3 + i];
+      }
+    }
+  }
+  ElasticityCells cells;
+  cells.nodes_per_cell = n;
+  cells.n_q = space_.n_q();
+  cells.shapes = space_.shapes();
+  cells.gradients = space_.gradients(batch);
+  cells.JxW = &region.JxW[std::size_t(batch) * space_.n_q()];
+  cells.frames = fibres_.frames(batch);
+  cells.displacement = data.displacement.data();
+  cells.inertia = data.inertia.data();
+  cells.tension = data.tension.data();
+  cells.mass = dt_ > 0 ? density_ / (dt_ * dt_) : 0;
+  return cells;
+}
+
+void ElasticityProblem::scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const {
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned slot = batch * n_lanes + lane, *nodes = space_.cell_nodes(slot);
+    for (unsigned a = 0; a < space_.nodes_per_cell() && space_.slot_used(slot); ++a)
+      for (unsigned i = 0; i < components; ++i)
+        r.begin()[nodes[a] * components + i] += values[components * a + i][lane];
+  }
+}
+
+void ElasticityProblem::note_limits(unsigned batch, const DeformationLimits &limits) {
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    if (limits.J[lane] < smallest_J_) {
+      smallest_J_ = limits.J[lane];
+      worst_slot_ = batch * n_lanes + lane;
+    }
+    largest_exponent_ = std::max(largest_exponent_, limits.exponent[lane]);
+  }
+}
+
+/// Inertia and stress. Expects ghost values of d.
+void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
+  update_time_terms(d);
+  smallest_J_ = 1e300;
+  largest_exponent_ = 0;
+  CellData data;
+  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
+  for (const Region &region : regions_)
+    for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
+      if (region.in_batch[batch]) {
+        DeformationLimits limits;
+        forces.fill(Lanes{});
+        const ElasticityCells cells = gather(batch, region, d, tension, data);
+        std::visit([&](const auto &law) { add_residual(law, cells, forces.data(), limits); }, region.law);
+        note_limits(batch, limits);
+        scatter(batch, forces.data(), 3, r);
+      }
+}
+
+fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector &r) {
+  d.update_ghost_values();
+  r = 0;
+  add_cells(d, r);
+  fem::ResidualSize size;
+  size.scale = r.l2_norm(); // with the reactions, so that it does not vanish in equilibrium
+  pericardium_.add_force(d, dt_ > 0 ? &velocity_ : nullptr, r);
+  for (const auto &surface : interface_)
+    surface.add_force(interface_pressure, d, r);
+  for (const auto &surface : end_)
+    surface.add_force(end_pressure, d, r);
+  r.zero_out_ghost_values();
+  r.add(-1.0, load);
+  fem::zero_constrained(r, constrained_);
+  size.norm = r.l2_norm();
+  size.scale = std::max(size.scale, size.norm);
+  const bool valid = smallest_J_ > mech::smallest_J && largest_exponent_ < mech::largest_exponent;
+  size.valid = dealii::Utilities::MPI::min(valid ? 1 : 0, space_.communicator()) == 1;
+  return size;
+}
+
+void ElasticityProblem::linearise(const fem::Vector &d) {
+  d.update_ghost_values();
+  update_time_terms(d);
+  tangent_.clear();
+  CellData data;
+  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
+  alignas(64) std::array<Lanes, 9 * max_nodes_per_cell * max_nodes_per_cell> K;
+  const unsigned n_K = 9 * space_.nodes_per_cell() * space_.nodes_per_cell();
+  for (const Region &region : regions_)
+    for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
+      if (region.in_batch[batch]) {
+        DeformationLimits limits;
+        std::fill_n(K.begin(), n_K, Lanes{});
+        const ElasticityCells cells = gather(batch, region, d, tension, data);
+        std::visit([&](const auto &law) { add_residual_and_tangent(law, cells, forces.data(), K.data(), limits); },
+                   region.law);
+        tangent_.add_batch(batch, K.data());
+      }
+  pericardium_.add_tangent(dt_ > 0 ? 1 / dt_ : 0, tangent_);
+  for (const auto &surface : interface_)
+    if (interface_pressure != 0)
+      surface.add_tangent(interface_pressure, d, tangent_);
+  for (const auto &surface : end_)
+    if (end_pressure != 0)
+      surface.add_tangent(end_pressure, d, tangent_);
+  has_tangent_ = true;
+}
+
+/// Dynamic systems are symmetric (pressures on surfaces whose rim is held have a potential) and dominated by the mass;
+/// static ones are neither well conditioned nor, on the way to equilibrium, positive definite.
+unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
+  const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
+  if (renewed)
+    preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
+  fem::Vector b(r);
+  b *= -1;
+  const unsigned iterations = fem::solve_linear("elasticity", dynamic ? "cg" : "gmres", tangent_, dx, b,
+                                                *preconditioner_, solver_.linear_tolerance, dynamic ? 500 : 2000)
+                                  .iterations;
+  if (renewed)
+    usual_iterations_ = iterations;
+  preconditioner_is_old_ = !dynamic || iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
+  return iterations;
+}
+
+} // namespace heartbus::mech

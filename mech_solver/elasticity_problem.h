@@ -1,0 +1,99 @@
+#pragma once
+
+#include "common/fem/constraints.h"
+#include "common/fem/fibres.h"
+#include "common/fem/linear_solver.h"
+#include "common/fem/newton.h"
+#include "mech_solver/boundary_terms.h"
+#include "mech_solver/elasticity_kernel.h"
+
+#include <variant>
+
+namespace heartbus::mech {
+
+/// The elastodynamics equation by implicit Euler (paper, eq. (elastodynamics-discrete)): find d = d^{n+1} with
+///
+///     int rho (d - 2 d^n + d^{n-1})/dt^2 . phi + int P(d, T) : grad phi + pericardium(d, (d - d^n)/dt; phi)
+///         + pressures(d; phi) = load(phi),
+///
+/// or, without inertia and damping, its quasi-static form. The mass is consistent. Newton's method (fem::newton) sees
+/// this class as residual, linearise, solve and size; tangent and preconditioner live here and are kept from step to
+/// step until Newton finds them too old.
+class ElasticityProblem {
+ public:
+  ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters);
+
+  // The state, three components a node, and what acts on it. Values of owned nodes are the caller's to set.
+  fem::Vector d_n, d_nm1;                          ///< old displacements [m]
+  fem::Vector tension;                             ///< active tension at the nodes, one component [Pa]
+  fem::Vector load;                                ///< nodal forces on the solid [N]
+  double interface_pressure = 0, end_pressure = 0; ///< follower pressures [Pa]
+
+  /// Solve for d, starting from its value.
+  fem::NewtonStatistics solve_dynamic(double dt, fem::Vector &d);
+  fem::NewtonStatistics solve_static(fem::Vector &d);
+  /// Whether a displacement may serve as Newton's start: no cell is near inversion. Collective.
+  bool is_valid(const fem::Vector &d);
+  /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.
+  void refuse_inverted_cells() const;
+  double smallest_J() const { return smallest_J_; } ///< of the last displacement looked at, this rank
+
+  /// Static nodal forces of the solid alone: stress and pericardium; zero at constrained degrees of freedom.
+  void solid_forces(const fem::Vector &d, fem::Vector &r);
+  /// int P_act(d, tension_change) : grad phi; zero at constrained degrees of freedom.
+  void active_forces(const fem::Vector &d, const fem::Vector &tension_change, fem::Vector &r) const;
+  /// Fibre stretch sqrt(I4f) at the nodes, by lumped L2 projection of I4f = |F f0|^2; 1 where nothing contracts.
+  void fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const;
+  const fem::Constraints &constrained() const { return constrained_; }
+
+  // Newton's view
+  fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
+  bool has_tangent() const { return has_tangent_; }
+  void linearise(const fem::Vector &d);
+  unsigned solve(fem::Vector &dx, const fem::Vector &r);
+  double size(const fem::Vector &dx) const { return dx.linfty_norm(); }
+
+ private:
+  using Law = std::variant<Guccione, NeoHookean>;
+  /// The cells of one law; a batch can hold cells of several, each then sees the others with weight zero.
+  struct Region {
+    Law law;
+    bool contracts;
+    std::vector<Lanes> JxW;             ///< [batch][q]
+    std::vector<std::uint8_t> in_batch; ///< [batch]
+  };
+  struct CellData; // nodal values of one batch
+
+  void make_regions(const Parameters &parameters);
+  void constrain(const Parameters &parameters);
+  void set_mode(double dt); ///< 0: quasi-static
+  void update_time_terms(const fem::Vector &d);
+  ElasticityCells gather(unsigned batch, const Region &region, const fem::Vector &d, const fem::Vector &tension,
+                         CellData &data) const;
+  void scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const;
+  void add_cells(const fem::Vector &d, fem::Vector &r);
+  void note_limits(unsigned batch, const DeformationLimits &limits);
+  fem::NewtonSettings newton_settings() const;
+
+  const fem::LagrangeSpace &space_;
+  const fem::Fibres &fibres_;
+  const SolverParameters solver_;
+  const double density_;
+  std::vector<Region> regions_;
+  Pericardium pericardium_;
+  std::vector<FollowerPressure> interface_, end_; ///< one each, or none
+  fem::Constraints constrained_;
+
+  double dt_ = 0;
+  fem::Vector inertia_, velocity_;
+  double smallest_J_ = 1, largest_exponent_ = 0;
+  unsigned worst_slot_ = 0;
+
+  fem::NodalMatrix tangent_;
+  bool has_tangent_ = false;
+  std::unique_ptr<fem::Preconditioner> preconditioner_;
+  unsigned usual_iterations_ = 0; ///< of the linear solver with a new preconditioner
+  bool preconditioner_is_old_ = true;
+};
+
+} // namespace heartbus::mech
