@@ -83,7 +83,8 @@ Sequence Simulation::meet_participants() {
     expected[name] = {program_name(participant.program), participant.ranks};
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
-  const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
+  const Sequence sequence =
+      cast(make_sequence(scene_.coupling.scheme, scene_.coupling.iterations), coordinator_.participants());
   check(sequence, coordinator_.participants());
   log_->info("{}: {}", scene_.name, to_text(sequence));
   return sequence;

@@ -81,12 +81,12 @@ Nodes electromechanics() {
 
 } // namespace
 
-Sequence make_sequence(const CouplingParameters &coupling) {
-  if (coupling.scheme == "EFS1")
-    return {"EFS1", start(), EFS1()};
-  if (coupling.scheme == "E1FS")
-    return {"E1FS" + std::to_string(coupling.iterations), start(), E1FS(coupling.iterations)};
-  return {"electromechanics", start(), electromechanics()};
+Sequence make_sequence(const std::string &scheme, int iterations) {
+  if (scheme == "EFS1")
+    return {scheme, start(), EFS1()};
+  if (scheme == "E1FS")
+    return {scheme + " with k = " + std::to_string(iterations), start(), E1FS(iterations)};
+  return {scheme, start(), electromechanics()};
 }
 
 } // namespace heartbus::coupler

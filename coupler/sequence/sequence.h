@@ -1,7 +1,6 @@
 #pragma once
 
 #include "common/bus/coordinator.h"
-#include "common/schema/scene.h"
 
 #include <string>
 #include <utility>
@@ -28,8 +27,8 @@ struct Sequence {
   Nodes start, step;
 };
 
-/// The scheme that the scene names.
-Sequence make_sequence(const CouplingParameters &coupling);
+/// The scheme of this name: EFS1, E1FS (with so many iterations), electromechanics.
+Sequence make_sequence(const std::string &scheme, int iterations);
 
 /// Without the lines whose participants are absent, and without tasks that a participant does not offer.
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);

@@ -35,12 +35,7 @@ std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all,
   return all;
 }
 
-Sequence scheme(const std::string &name, int iterations = 1) {
-  CouplingParameters coupling;
-  coupling.scheme = name;
-  coupling.iterations = iterations;
-  return make_sequence(coupling);
-}
+Sequence scheme(const std::string &name, int iterations = 1) { return make_sequence(name, iterations); }
 
 std::string stream(const Sequence &sequence) {
   Routes routes;
