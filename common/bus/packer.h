@@ -16,8 +16,8 @@ class Packer {
  public:
   template <class T> Packer &operator<<(const T &value) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const char *begin = reinterpret_cast<const char *>(&value);
-    bytes_.insert(bytes_.end(), begin, begin + sizeof(T));
+    bytes_.resize(bytes_.size() + sizeof(T));
+    std::memcpy(bytes_.data() + bytes_.size() - sizeof(T), &value, sizeof(T));
     return *this;
   }
   Packer &operator<<(const std::string &text) {
