@@ -1,10 +1,11 @@
 # Targets for those who change the code: `programs` (all but the tests), `format`, `tidy`.
 
-set(programs coupler ep_solver mech_solver ale_solver fluid_solver)
 add_custom_target(programs)
-foreach(program ${programs})
-  if(TARGET ${program})
-    add_dependencies(programs ${program})
+get_property(targets DIRECTORY PROPERTY BUILDSYSTEM_TARGETS)
+foreach(target ${targets})
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "EXECUTABLE")
+    add_dependencies(programs ${target})
   endif()
 endforeach()
 

@@ -11,5 +11,6 @@ int main(int argc, char **argv) {
   if (options.action != coupler::Options::Action::run)
     return coupler::answer(options);
   bus::Coordinator coordinator(argc, argv);
-  return coordinator.run([&] { coupler::Simulation(coordinator, options).run(); });
+  std::optional<coupler::Simulation> simulation;
+  return coordinator.run([&] { simulation.emplace(coordinator, options).run(); });
 }

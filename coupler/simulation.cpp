@@ -47,8 +47,6 @@ Simulation::Simulation(bus::Coordinator &coordinator, const Options &options)
     : coordinator_(coordinator), options_(options), scene_(scene_of(options)),
       folder_(make_folder(folder_of(options, scene_))), log_(log::open_log(folder_, "coupler", 0, true)) {}
 
-Simulation::~Simulation() = default;
-
 void Simulation::run() {
   const Sequence sequence = meet_participants();
   SequenceRunner runner(coordinator_, sequence);
@@ -71,7 +69,6 @@ void Simulation::run() {
       break;
     }
   }
-  runner.finish();
   write_indicators(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
 }
 
@@ -88,6 +85,19 @@ Sequence Simulation::meet_participants() {
   check(sequence, coordinator_.participants());
   log_->info("{}: {}", scene_.name, to_text(sequence));
   return sequence;
+}
+
+void Simulation::record(const SequenceRunner &runner) {
+  for (const auto &[field, file] : records_of(options_)) {
+    const std::size_t i = recordings_.size();
+    recordings_.push_back(nullptr);
+    const auto on_values = [this, i](const bus::Step &step, const std::vector<double> &values) {
+      recordings_[i]->append(step.number, step.time, values);
+    };
+    const auto target = coordinator_.record(runner.route_of(field), on_values);
+    recordings_[i] = std::make_unique<io::RecordingWriter>(
+        file, io::RecordedField{field, target.unit, target.components, target.coordinates});
+  }
 }
 
 // A scalar keeps its own name while only one participant has it.
@@ -132,6 +142,9 @@ void Simulation::write_indicators(double wall_seconds) const {
   result["wall_s"] = wall_seconds;
   result["cpu_s"] = cpu;
   result["peak_memory_MiB"] = memory / (1024 * 1024);
+  for (const auto &[key, value] : result.items())
+    if (value.is_number())
+      log_->info("{:20} {:g}", key, value.get<double>());
   write_file(folder_ + "/indicators.json", result.dump(2) + "\n");
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/io/recording.h"
 #include "coupler/history.h"
 #include "coupler/options.h"
 #include "coupler/sequence/sequence_runner.h"
@@ -10,11 +11,11 @@
 
 namespace heartbus::coupler {
 
-/// One run: handshake, start block, steps, results.
+/// One run: handshake, start block, steps, results. It must outlive the coordinator's run, because the last values to
+/// be recorded may arrive when its own `run` has returned.
 class Simulation {
  public:
   Simulation(bus::Coordinator &coordinator, const Options &options);
-  ~Simulation();
   void run();
 
  private:
@@ -32,6 +33,7 @@ class Simulation {
   History history_;
   std::map<std::string, std::map<std::string, double>> seconds_; ///< [participant][kind of work]
   SequenceRunner::Reports last_reports_;
+  std::vector<std::unique_ptr<io::RecordingWriter>> recordings_;
 };
 
 } // namespace heartbus::coupler

@@ -55,12 +55,6 @@ SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, const bus::Step 
   return reports;
 }
 
-void SequenceRunner::finish() {
-  for (const auto &participant : coordinator_.participants())
-    coordinator_.order(participant.name, {bus::Command::Kind::finish, "", -1, {}});
-  coordinator_.flush();
-}
-
 int SequenceRunner::route_of(const std::string &field) const {
   std::vector<std::string> fields;
   for (const auto &[ends, route] : routes_) {

@@ -23,7 +23,6 @@ class SequenceRunner {
   using Reports = std::map<std::string, bus::Report>;
   Reports start(const bus::Step &step) { return run(sequence_.start, step); }
   Reports step(const bus::Step &step) { return run(sequence_.step, step); }
-  void finish();
 
   /// The route of a field; Failure(scene) when the sequence does not transfer it.
   int route_of(const std::string &field) const;
