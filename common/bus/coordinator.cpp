@@ -8,8 +8,10 @@
 #include "common/bus/waiting.h"
 #include "common/bus/world.h"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <deque>
 #include <list>
 #include <set>
 
@@ -42,6 +44,8 @@ struct Coordinator::Implementation {
   std::string who(int world_rank) const;
   void collect_declarations();
   void post_rows(const RouteTable &table);
+  std::vector<int> count_expected(const std::string &from = "") const; ///< recordings of what has been ordered so far
+  bool have_recorded(const std::vector<int> &expected) const;
   void await_all_gone();
   void order_all_to_leave(int code);
   void send_off(int code);
@@ -57,6 +61,7 @@ struct Coordinator::Implementation {
   std::list<RouteTable> tables;
   std::vector<RouteName> route_names;
   std::list<Recorder> recorders;
+  std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
   std::map<std::string, std::vector<Command>> queue;
   std::set<std::string> finished;
 };
@@ -119,14 +124,20 @@ void Coordinator::Implementation::post_rows(const RouteTable &table) {
     mail.post(targets[r], tag_route, table.row_of_target(world, r));
 }
 
+std::vector<int> Coordinator::Implementation::count_expected(const std::string &from) const {
+  std::vector<int> expected;
+  for (const Recorder &recorder : recorders)
+    expected.push_back(from.empty() || route_names[recorder.route()].from == from ? recorder.n_expected() : 0);
+  return expected;
+}
+
+bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) const {
+  return std::equal(expected.begin(), expected.end(), recorders.begin(),
+                    [](int n, const Recorder &recorder) { return recorder.n_taken() >= n; });
+}
+
 void Coordinator::Implementation::await_all_gone() {
-  const auto recorded = [this] {
-    for (const Recorder &recorder : recorders)
-      if (!recorder.complete())
-        return false;
-    return true;
-  };
-  const auto done = [&] { return n_gone == n_ranks - 1 && recorded(); };
+  const auto done = [expected = count_expected(), this] { return n_gone == n_ranks - 1 && have_recorded(expected); };
   waiting.until(done, [] { return Awaited{"all participants to end", ""}; });
 }
 
@@ -251,6 +262,8 @@ Coordinator::Recording Coordinator::record(int route,
 void Coordinator::order(const std::string &participant, const Command &command) {
   Implementation &all = *implementation_;
   all.queue[this->participant(participant).name].push_back(command);
+  if (command.kind == Command::Kind::report)
+    all.expected_recordings[participant].push_back(all.count_expected(participant));
   if (command.kind == Command::Kind::finish)
     all.finished.insert(participant);
   for (Recorder &recorder : all.recorders)
@@ -281,6 +294,10 @@ Report Coordinator::wait_report(const std::string &participant) {
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
   all.waiting.until(came, [&] { return Awaited{"the report of " + participant, ""}; }, patience);
+  auto &expected = all.expected_recordings.at(participant);
+  all.waiting.until([&] { return all.have_recorded(expected.front()); },
+                    [&] { return Awaited{"what " + participant + " has sent to be recorded", ""}; });
+  expected.pop_front();
   return report;
 }
 

@@ -92,7 +92,8 @@ class Coordinator {
   /// Queues a command for one participant; `flush` sends all that is queued, one message to each participant's root.
   void order(const std::string &participant, const Command &command);
   void flush();
-  /// Waits (asleep) for the participant's next report, i.e. its answer to a Command::report ordered before.
+  /// Waits (asleep) for the participant's next report, i.e. its answer to a Command::report ordered before, and for the
+  /// recordings of all that it was ordered to send before that.
   Report wait_report(const std::string &participant);
   /// True when SIGUSR1 has arrived (only the coupler acts on it).
   bool stop_requested() const;

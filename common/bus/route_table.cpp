@@ -82,9 +82,9 @@ Recorder::Recorder(MPI_Comm communicator, int route, unsigned components, const 
       on_values_(std::move(on_values)) {}
 
 void Recorder::take_arrived() {
-  while (n_expected_ > 0 && incoming_.arrived()) {
+  while (n_taken_ < n_expected_ && incoming_.arrived()) {
     const Step step = incoming_.take(values_);
-    --n_expected_;
+    ++n_taken_;
     on_values_(step, values_);
   }
 }

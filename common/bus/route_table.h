@@ -43,13 +43,14 @@ class Recorder {
   Recorder(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers, std::size_t n_points,
            Callback on_values);
   void expect_one() { ++n_expected_; }
+  int n_expected() const { return n_expected_; } ///< since the start
+  int n_taken() const { return n_taken_; }
   void take_arrived();
-  bool complete() const { return n_expected_ == 0; }
   int route() const { return route_; }
   void close() { incoming_.close(); }
 
  private:
-  int route_, n_expected_ = 0;
+  int route_, n_expected_ = 0, n_taken_ = 0;
   Incoming incoming_;
   std::vector<double> values_;
   Callback on_values_;

@@ -1,5 +1,5 @@
 // A participant of the simplest kind. It owns a slice of a row of points (every rank a part, in an order of its own),
-// sends "signal" and receives "echo"; the scene is one line of words: what to do wrong, and who does it.
+// sends "signal" and receives it; the first line of the scene says what is done wrong, and by whom: "# nan a".
 #include "common/bus/failure.h"
 #include "common/bus/participant.h"
 
@@ -23,8 +23,8 @@ class Dummy : public bus::Solver {
  public:
   Dummy(const bus::Participant &participant) : communicator_(participant.communicator()), name_(participant.name()) {
     std::istringstream scene(participant.scene_text());
-    std::string who;
-    scene >> mischief_ >> who;
+    std::string comment, who;
+    scene >> comment >> mischief_ >> who;
     MPI_Comm_rank(communicator_, &rank_);
     MPI_Comm_size(communicator_, &size_);
     if (who != name_)
@@ -46,7 +46,6 @@ class Dummy : public bus::Solver {
     signal_.resize(points_.size() / 3 * 2);
     bus.point_set("points", points_, scale * spacing);
     bus.output("signal", "points", 2, mischief_ == "other_unit" ? "kPa" : "Pa", "n+1", signal_);
-    bus.input("echo", "points", 2, "Pa", echo_);
     bus.input("signal", "points", 2, "Pa", received_);
     bus.task("check", [this](const bus::Step &step) { check(step); });
     bus.scalar("prepared", "1", [this] { return prepared_; });
@@ -97,7 +96,7 @@ class Dummy : public bus::Solver {
   MPI_Comm communicator_;
   std::string name_, mischief_ = "none";
   int rank_ = 0, size_ = 1, prepared_ = 0, committed_ = 0;
-  std::vector<double> points_, signal_, echo_, received_;
+  std::vector<double> points_, signal_, received_;
 };
 
 } // namespace

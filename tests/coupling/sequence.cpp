@@ -1,7 +1,9 @@
 // The coupler of the tests: "a" solves and sends its signal to "b", which checks every value, twice in every step.
-// Arguments: number of steps, deadline [s], and the words of the scene (see dummy.cpp).
+// Arguments: number of steps, their size [s], deadline [s], then optionally what is done wrong (see dummy.cpp), who does
+// it, and the file of a recording. "record coupler FILE" writes one, "replay a FILE" lets the program replay play "a".
 #include "common/bus/coordinator.h"
 #include "common/bus/failure.h"
+#include "common/io/recording.h"
 
 #include <cmath>
 #include <cstdio>
@@ -12,18 +14,33 @@ namespace {
 using namespace heartbus;
 using Kind = bus::Command::Kind;
 
-void record(bus::Coordinator &bus, int route, int &n_recorded) {
-  auto points = std::make_shared<std::vector<double>>();
-  *points = bus.record(route, [points, &n_recorded](const bus::Step &step, const std::vector<double> &values) {
-                 for (std::size_t i = 0; i < points->size() / 3; ++i)
-                   if (std::abs(values[2 * i] - (*points)[3 * i] - step.number) > 1e-9)
-                     throw Failure(ExitCode::map, "a wrong value has been recorded");
-                 ++n_recorded;
-               }).coordinates;
-}
+/// The coupler listens to the route, checks what it hears and writes it down when there is a file for it.
+class Listener {
+ public:
+  Listener(bus::Coordinator &bus, int route, const std::string &file) {
+    const auto heard = bus.record(route, [this](const auto &step, const auto &values) { hear(step, values); });
+    points_ = heard.coordinates;
+    if (!file.empty())
+      writer_ = std::make_unique<io::RecordingWriter>(
+          file, io::RecordedField{"signal", heard.unit, heard.components, heard.coordinates});
+  }
+  int n_heard() const { return n_heard_; }
+
+ private:
+  void hear(const bus::Step &step, const std::vector<double> &values) {
+    for (std::size_t i = 0; i < points_.size() / 3; ++i)
+      if (std::abs(values[2 * i] - points_[3 * i] - step.number) > 1e-9)
+        throw Failure(ExitCode::map, "the coupler has heard a wrong value");
+    if (writer_)
+      writer_->append(step.number, step.time, values);
+    ++n_heard_;
+  }
+  int n_heard_ = 0;
+  std::vector<double> points_;
+  std::unique_ptr<io::RecordingWriter> writer_;
+};
 
 void run_step(bus::Coordinator &bus, int route, bus::Step step, bool forgets_to_send) {
-  bus.order("a", {Kind::prepare, "", -1, step});
   for (step.iteration = 0; step.iteration < 2; ++step.iteration) {
     bus.order("a", {Kind::solve, "", -1, step});
     if (!forgets_to_send)
@@ -38,29 +55,40 @@ void run_step(bus::Coordinator &bus, int route, bus::Step step, bool forgets_to_
   bus.flush();
 }
 
+bus::Report ask(bus::Coordinator &bus, const std::string &name) {
+  bus.order(name, {Kind::report, "", -1, {}});
+  bus.flush();
+  return bus.wait_report(name);
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
   bus::Coordinator bus(argc, argv);
   return bus.run([&] {
     const int n_steps = std::atoi(argv[1]);
-    const std::string mischief = argc > 3 ? argv[3] : "none", who = argc > 4 ? argv[4] : "nobody";
+    const double dt = std::atof(argv[2]), deadline = std::atof(argv[3]);
+    const std::string mischief = argc > 5 ? argv[4] : "none", who = argc > 5 ? argv[5] : "nobody";
+    const std::string file = argc > 6 ? argv[6] : "";
     if (mischief == "fail" && who == "coupler")
       throw Failure(ExitCode::scene, "the scene is wrong");
-    bus.handshake({{"a", {"coupling_dummy"}}, {"b", {"coupling_dummy"}}}, mischief + " " + who, "/tmp",
-                  std::atof(argv[2]));
+
+    const bool replay = mischief == "replay";
+    bus.handshake({{"a", {replay ? "replay" : "coupling_dummy"}}, {"b", {"coupling_dummy"}}},
+                  "# " + mischief + " " + who + "\nparticipants: {a: {settings: {file: " + file + "}}}", "/tmp",
+                  deadline);
     const int route = bus.connect("a", "b", mischief == "unknown_field" ? "sound" : "signal");
-    int n_recorded = 0;
-    record(bus, route, n_recorded);
-    bus::Report report;
-    for (bus::Step step{1, 0, 0.1, 0.1}; step.number <= n_steps; ++step.number, step.time += step.size) {
-      run_step(bus, route, step, mischief == "forget" && who == "coupler");
-      report = bus.wait_report("a");
-      const bus::Report other = bus.wait_report("b");
-      std::printf("step %d: a prepared %g, phase of b %g, b received for %g s with %g CPU s\n", step.number,
-                  report.scalars.at(0), other.scalars.at(1), other.seconds.at("receive"), other.cpu_seconds);
+    const Listener listener(bus, route, mischief == "record" ? file : "");
+    const double cpu_before = ask(bus, "b").cpu_seconds;
+    bus::Report a, b;
+    for (bus::Step step{1, 0, dt, dt}; step.number <= n_steps; step.time = ++step.number * dt) {
+      run_step(bus, route, step, mischief == "forget");
+      a = bus.wait_report("a");
+      b = bus.wait_report("b");
     }
-    std::printf("coupler: recorded %d, idle %g s, memory %g MB\n", n_recorded, report.seconds.at("idle"),
-                report.peak_memory / 1e6);
+    std::printf("b received for %g s and used %g CPU s in all\n", b.seconds.at("receive"), b.cpu_seconds - cpu_before);
+    if (!replay)
+      std::printf("a was prepared %g times, phase of b is %g\n", a.scalars.at(0), b.scalars.at(1));
+    std::printf("coupler heard %d transfers\n", listener.n_heard());
   });
 }

@@ -1,0 +1,191 @@
+"""The bus between whole programs: every test's name is the sentence it ensures."""
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+BIN = os.environ.get("HEARTBUS_BIN", "build/release/bin")
+SEQUENCE, DUMMY, REPLAY = (os.path.join(BIN, name) for name in ("coupling_sequence", "coupling_dummy", "replay"))
+ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
+                   OMPI_MCA_rmaps_base_oversubscribe="1", OMPI_MCA_mpi_yield_when_idle="1")
+
+
+class Run:
+    """A launch: apps are lists of words; afterwards its exit code, texts and duration."""
+
+    def __init__(self, *apps, during=None):
+        command = ["mpirun"]
+        for app in apps:
+            command += (["-n"] if len(command) == 1 else [":", "-n"]) + [str(word) for word in app]
+        start = time.time()
+        process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        if during:
+            during(process)
+        try:
+            self.out, self.err = process.communicate(timeout=60)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            raise
+        self.code = process.returncode
+        self.seconds = time.time() - start
+        self.causes = [line for line in self.err.splitlines() if line.startswith("heartbus: ")]
+
+
+def sequence(*words, steps=2, dt=0.1, deadline=10):
+    return [1, SEQUENCE, steps, dt, deadline, *words]
+
+
+def pair(*words, a=1, b=1, **options):
+    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"])
+
+
+def left_over():
+    """Processes of ours that are still there a moment after a launch has ended."""
+    for _ in range(20):
+        lines = subprocess.run(["ps", "-eo", "stat,args"], stdout=subprocess.PIPE, text=True).stdout.splitlines()
+        alive = [line for line in lines if DUMMY in line and not line.startswith("Z") and "mpirun" not in line]
+        if not alive:
+            return []
+        time.sleep(0.1)
+    return alive
+
+
+class Bus(unittest.TestCase):
+    def assert_cause(self, run, code, *parts):
+        """One message of the cause, from the coupler alone, and the culprit's exit code within five seconds."""
+        self.assertEqual(run.code, code, run.err)
+        self.assertEqual(len(run.causes), 1, run.err)
+        for part in parts:
+            self.assertIn(part, run.err)
+        self.assertEqual(left_over(), [])
+
+    def test_values_arrive_at_the_right_points_on_one_rank_each(self):
+        run = pair()
+        self.assertEqual(run.code, 0, run.err)
+        self.assertIn("a was prepared 2 times, phase of b is 0", run.out)
+        self.assertIn("b has finished after 2 steps", run.out)
+
+    def test_values_arrive_at_the_right_points_from_two_ranks_to_three(self):
+        run = pair(a=2, b=3, steps=50)
+        self.assertEqual(run.code, 0, run.err)
+        self.assertIn("coupler heard 100 transfers", run.out)
+
+    def test_a_point_without_partner_is_named_with_its_neighbour(self):
+        run = pair("shifted", "b", b=2)
+        self.assert_cause(run, 4, "1 of 30 points of b.points", "(0.0173, ", "(0.017, ", "is 0.0003 m away")
+
+    def test_a_mesh_in_millimetres_is_recognised(self):
+        self.assert_cause(pair("millimetres", "b"), 4, "b.points looks like millimetres")
+
+    def test_different_units_are_refused(self):
+        self.assert_cause(pair("other_unit", "a"), 3, "'kPa'", "'Pa'")
+
+    def test_an_unknown_field_is_refused_with_what_there_is(self):
+        self.assert_cause(pair("unknown_field", "nobody"), 3, "a declares no output 'sound'; it has: signal")
+
+    def test_a_missing_participant_is_named_with_who_came(self):
+        run = Run(sequence(), [1, DUMMY, "--name", "a"])
+        self.assert_cause(run, 3, "participant 'b' is missing", "expected: a (coupling_dummy), b (coupling_dummy)",
+                          "came: coupler (coupler, 1 rank), a (coupling_dummy, 1 rank)")
+
+    def test_an_unexpected_participant_is_named(self):
+        run = Run(sequence(), *([1, DUMMY, "--name", name] for name in "abc"))
+        self.assert_cause(run, 3, "participant 'c' is not in the scene")
+
+    def test_one_name_for_two_programs_is_refused(self):
+        run = Run(sequence(), [1, DUMMY, "--name", "a"], [1, REPLAY, "--name", "a"])
+        self.assert_cause(run, 3, "two programs claim the name 'a': coupling_dummy and replay")
+
+    def test_a_launch_without_coupler_is_refused(self):
+        self.assert_cause(Run([2, DUMMY, "--name", "a"]), 3, "nobody in this launch is the coupler")
+
+    def test_a_deadline_names_who_waits_for_whom_and_why(self):
+        run = pair("hang", "a", deadline=1, b=2)
+        self.assert_cause(run, 7, "heartbus: b (rank ", "waited 1 s for field 'signal' from a (rank 0)",
+                          "step 1, iteration 0; a is busy with solve")
+        self.assertLess(run.seconds, 6)
+
+    def test_a_transfer_that_nobody_sends_is_explained(self):
+        self.assert_cause(pair("forget", "coupler", deadline=1), 7, "a has not been ordered to do anything more")
+
+    def test_the_failure_of_one_rank_ends_all_with_its_code(self):
+        run = pair("fail", "a", a=3, b=2)
+        self.assert_cause(run, 5, "heartbus: a (rank 2): CG has not converged in 7 iterations")
+        self.assertLess(run.seconds, 5)
+
+    def test_ranks_stuck_in_a_collective_of_their_solver_are_ended_too(self):
+        run = pair("fail_in_collective", "a", a=3)
+        self.assert_cause(run, 5, "heartbus: a (rank 2)")
+        self.assertLess(run.seconds, 5)
+
+    def test_a_failure_before_the_first_command_ends_all(self):
+        self.assert_cause(pair("fail_early", "b", b=2), 8, "heartbus: b (rank 0): cannot read the mesh")
+
+    def test_an_unforeseen_exception_ends_all(self):
+        self.assert_cause(pair("exception", "a"), 1, "heartbus: a (rank 0): something else went wrong")
+
+    def test_a_failure_of_the_coupler_ends_all(self):
+        self.assert_cause(pair("fail", "coupler"), 2, "heartbus: coupler: the scene is wrong")
+
+    def test_a_crash_ends_all(self):
+        run = pair("crash", "a", a=2)
+        self.assertNotEqual(run.code, 0)
+        self.assertLess(run.seconds, 5)
+        self.assertEqual(left_over(), [])
+
+    def test_nan_is_refused_by_the_sender(self):
+        self.assert_cause(pair("nan", "a"), 6, "heartbus: a (rank 0): field 'signal' is nan at point (0, 0, 0.002)",
+                          "component 1, step 1, iteration 0")
+
+    def test_a_waiting_participant_uses_less_than_a_tenth_of_a_core(self):
+        run = pair("slow", "a", b=2, steps=1)
+        self.assertEqual(run.code, 0, run.err)
+        words = next(line for line in run.out.splitlines() if line.startswith("b received")).split()
+        waited, cpu = float(words[3]), float(words[7])
+        print(f"  2 ranks have waited {waited:.1f} s and used {cpu:.3f} CPU s", flush=True)
+        self.assertGreater(waited, 5)
+        self.assertLess(cpu / 2, 0.1 * waited)
+
+    def test_sigusr1_ends_no_participant(self):
+        def send_signal(process):
+            time.sleep(1.5)
+            process.send_signal(signal.SIGUSR1)
+        run = Run(sequence("slow", "a", steps=1), [1, DUMMY, "--name", "a"], [1, DUMMY, "--name", "b"],
+                  during=send_signal)
+        self.assertEqual(run.code, 0, run.err)
+
+
+class Recording(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = os.path.join(self.folder.name, "signal.h5")
+        run = pair("record", "coupler", self.file, a=2, steps=3)
+        self.assertEqual(run.code, 0, run.err)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def replay(self, **options):
+        return Run(sequence("replay", "a", self.file, **options), [2, REPLAY, "--name", "a"],
+                   [3, DUMMY, "--name", "b"])
+
+    def test_a_replayed_participant_cannot_be_told_from_the_original(self):
+        run = self.replay(steps=3)
+        self.assertEqual(run.code, 0, run.err)
+        self.assertIn("coupler heard 6 transfers", run.out)
+
+    def test_a_replay_with_another_time_step_names_both_times(self):
+        run = self.replay(steps=3, dt=0.05)
+        self.assertEqual(run.code, 8, run.err)
+        self.assertIn("was at t = 0.1 s in step 1, this run is at t = 0.05 s", run.err)
+
+    def test_a_replay_beyond_the_recording_is_refused(self):
+        run = self.replay(steps=4)
+        self.assertEqual(run.code, 8, run.err)
+        self.assertIn("holds 0 transfers in step 4", run.err)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
