@@ -40,7 +40,7 @@ std::string find_program(const std::string &participant, const std::string &prog
         return fs::path(folder) / program;
   }
   throw Failure(ExitCode::scene, "key 'participants." + participant + ".program': there is no executable '" + program +
-                                     "';" + config::did_you_mean(program, programs_beside_the_coupler()) +
+                                     "'" + config::did_you_mean(program, programs_beside_the_coupler()) +
                                      " Looked beside the coupler and on the PATH");
 }
 

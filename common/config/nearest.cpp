@@ -38,7 +38,7 @@ std::string nearest(const std::string &word, const std::vector<std::string> &can
 
 std::string did_you_mean(const std::string &word, const std::vector<std::string> &candidates) {
   const std::string best = nearest(word, candidates);
-  return best.empty() ? "" : " did you mean '" + best + "'?";
+  return best.empty() ? "." : "; did you mean '" + best + "'?";
 }
 
 std::string joined(const std::vector<std::string> &words) {

@@ -25,7 +25,7 @@ class Printer : public Section {
  public:
   void quantity(const std::string &key, double &value, const std::string &unit, Range,
                 const std::string &meaning) override {
-    entries_.push_back({key, shortest(value) + " " + unit, meaning, {}});
+    entries_.push_back({key, with_unit(value, unit), meaning, {}});
   }
   void number(const std::string &key, double &value, Range, const std::string &meaning) override {
     entries_.push_back({key, shortest(value), meaning, {}});
@@ -53,7 +53,7 @@ class Printer : public Section {
                   const std::string &meaning) override {
     std::vector<std::string> words;
     for (const double value : values)
-      words.push_back(shortest(value) + " " + unit);
+      words.push_back(with_unit(value, unit));
     entries_.push_back({key, "[" + joined(words) + "]", meaning, {}});
   }
   Section &section(const std::string &key, const std::string &meaning) override {

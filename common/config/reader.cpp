@@ -13,13 +13,12 @@ namespace heartbus::config {
 namespace {
 
 std::string allowed_range(const Range &range, const std::string &unit) {
-  const std::string suffix = unit.empty() ? "" : " " + unit;
   const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
   if (low && high)
-    return (range.low_excluded ? "above " : "from ") + shortest(range.low) + " to " + shortest(range.high) + suffix;
+    return (range.low_excluded ? "above " : "from ") + shortest(range.low) + " to " + with_unit(range.high, unit);
   if (low)
-    return (range.low_excluded ? "above " : "at least ") + shortest(range.low) + suffix;
-  return "at most " + shortest(range.high) + suffix;
+    return (range.low_excluded ? "above " : "at least ") + with_unit(range.low, unit);
+  return "at most " + with_unit(range.high, unit);
 }
 
 class Reader final : public Section {
@@ -72,7 +71,7 @@ class Reader final : public Section {
     if (!node)
       return;
     if (std::find(allowed.begin(), allowed.end(), node->value) == allowed.end())
-      fail(key, "'" + node->value + "' is not a choice;" + did_you_mean(node->value, allowed) +
+      fail(key, "'" + node->value + "' is not a choice" + did_you_mean(node->value, allowed) +
                     " Allowed: " + joined(allowed));
     value = node->value;
   }
@@ -134,7 +133,7 @@ class Reader final : public Section {
     if (node_)
       for (const Node &child : node_->children)
         if (std::find(known_.begin(), known_.end(), child.key) == known_.end())
-          throw Failure(ExitCode::scene, child.where + ": key '" + full(child.key) + "' is unknown;" +
+          throw Failure(ExitCode::scene, child.where + ": key '" + full(child.key) + "' is unknown" +
                                              did_you_mean(child.key, known_) + " Allowed here: " + joined(known_));
     for (const auto &block : blocks_)
       block->refuse_unknown_keys();

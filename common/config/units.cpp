@@ -69,8 +69,7 @@ Unit symbol(const std::string &name) {
       if (entry.takes_prefix)
         known.push_back(letter + text);
   }
-  const std::string guess = did_you_mean(name, known);
-  throw std::invalid_argument("unit '" + name + "' is unknown" + (guess.empty() ? "" : ";" + guess));
+  throw std::invalid_argument("unit '" + name + "' is unknown" + did_you_mean(name, known));
 }
 
 Unit power(const Unit &unit, int exponent) {
@@ -202,6 +201,8 @@ double parse_quantity(const std::string &text, const std::string &unit) {
   if (result.ec != std::errc() || !std::isfinite(value))
     throw std::invalid_argument("'" + plain + "' is not a number with a unit, e.g. '1 " + unit + "'");
   const std::string given_text = trimmed(plain.substr(result.ptr - plain.data()));
+  if (given_text.empty() && unit == "1")
+    return value;
   if (given_text.empty())
     throw std::invalid_argument("'" + plain + "' has no unit; write e.g. '" + plain + " " + unit + "'");
   const Unit given = parse_unit(given_text), wanted = parse_unit(unit);
@@ -211,6 +212,10 @@ double parse_quantity(const std::string &text, const std::string &unit) {
                                 "; got " + given_text);
   }
   return scaled(value, given.decade - wanted.decade) * (given.factor / wanted.factor);
+}
+
+std::string with_unit(double value, const std::string &unit) {
+  return unit.empty() || unit == "1" ? shortest(value) : shortest(value) + " " + unit;
 }
 
 std::string shortest(double value) {

@@ -20,11 +20,14 @@ struct Unit {
 Unit parse_unit(const std::string &text);
 
 /// Converts "10 mmHg" into the number in `unit`, e.g. "Pa". Throws std::invalid_argument: not a number, unit missing,
-/// unknown or of another dimension.
+/// unknown or of another dimension. The unit "1" is not written.
 double parse_quantity(const std::string &text, const std::string &unit);
 
 /// A finite number and nothing else; throws std::invalid_argument.
 double parse_number(const std::string &text);
+
+/// The inverse: "1333 Pa".
+std::string with_unit(double value, const std::string &unit);
 
 /// The shortest text that reads back as the same double.
 std::string shortest(double value);

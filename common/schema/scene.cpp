@@ -33,7 +33,7 @@ std::string full_path(const std::string &key, const std::vector<std::string> &pa
     throw Failure(ExitCode::scene, "--set " + key + ": the key is not unique; write one of " + config::joined(found));
   if (key.find('.') != std::string::npos)
     return key; // the reader will say which part of it is unknown
-  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown;" + config::did_you_mean(key, last_words) +
+  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown" + config::did_you_mean(key, last_words) +
                                      " 'coupler --print-defaults' lists all keys");
 }
 
@@ -129,6 +129,8 @@ void SceneParameters::check_consistency(config::Section &s) const {
     s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
+  if (has("mech") && has("fluid") && mech.initial_pressure != fluid.initial_pressure)
+    s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
     s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");
 }

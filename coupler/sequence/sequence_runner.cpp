@@ -62,7 +62,7 @@ int SequenceRunner::route_of(const std::string &field) const {
       return route;
     fields.push_back(std::get<2>(ends));
   }
-  throw Failure(ExitCode::scene, "--record " + field + ": this run transfers no such field;" +
+  throw Failure(ExitCode::scene, "--record " + field + ": this run transfers no such field" +
                                      config::did_you_mean(field, fields) + " Fields: " + config::joined(fields));
 }
 

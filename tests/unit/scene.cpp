@@ -55,6 +55,7 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("coupling: {scheme: electromechanics}").find("no participants 'fluid'"), std::string::npos);
   EXPECT_NE(complaint("coupling: {iterations: 2}").find("EFS1 has one iteration"), std::string::npos);
   EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
+  EXPECT_NE(complaint("fluid: {initial_pressure: 10 mmHg}").find("start in balance"), std::string::npos);
   EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
 }
 

@@ -30,6 +30,9 @@ TEST(Units, QuantitiesOfAHeartConvertToSi) {
   EXPECT_EQ(parse_quantity("3.5 mPa s", "Pa s"), 0.0035);
   EXPECT_EQ(parse_quantity("1 Pa", "kg/(m s^2)"), 1);
   EXPECT_EQ(parse_quantity("-11mm", "m"), -0.011);
+  EXPECT_EQ(parse_quantity("0.5", "1"), 0.5);
+  EXPECT_EQ(with_unit(0.5, "1"), "0.5");
+  EXPECT_EQ(with_unit(0.5, "mV"), "0.5 mV");
 }
 
 TEST(Units, TheCodeMayComputeInUnitsOtherThanSi) {
