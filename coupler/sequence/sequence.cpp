@@ -86,7 +86,8 @@ std::vector<Action> written_out(const Nodes &nodes) {
 }
 
 std::string to_text(const Sequence &sequence) {
-  return sequence.name + "\n  start: " + to_text(sequence.start) + "\n  step:  " + to_text(sequence.step);
+  const std::string start = sequence.start.empty() ? "" : "\n  start: " + to_text(sequence.start);
+  return sequence.name + start + "\n  step:  " + to_text(sequence.step);
 }
 
 } // namespace heartbus::coupler

@@ -1,4 +1,5 @@
 #include "common/bus/failure.h"
+#include "common/config/nearest.h"
 #include "common/config/printer.h"
 
 #include <filesystem>
@@ -82,6 +83,12 @@ TEST(Config, AnUnknownKeyIsReportedWithItsPlaceAndTheNearestOne) {
       "share, iterations, stabilised, scheme, note, fields, sites");
   EXPECT_EQ(complaint("fluid: {}\nflud: {}\n"),
             "scene.yaml:2: key 'flud' is unknown; did you mean 'fluid'? Allowed here: fluid");
+}
+
+TEST(Config, TheNearestKeyIsOfferedForSlipsOnly) {
+  EXPECT_EQ(did_you_mean("edn", {"step", "end"}), "; did you mean 'end'?");
+  EXPECT_EQ(did_you_mean("viscosty", {"velocity", "viscosity"}), "; did you mean 'viscosity'?");
+  EXPECT_EQ(did_you_mean("banana", {"step", "end"}), ".");
 }
 
 TEST(Config, ValuesOutOfRangeShowTheRangeInTheUnitOfTheKey) {
