@@ -94,6 +94,17 @@ TEST(LagrangeSpace, MeasuresVolumeAndSurfaceOfABox) {
   EXPECT_NEAR(global_sum(area), 2, 1e-13);
 }
 
+TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
+  const geometry::Mesh box = geometry::make_box({0, 0, 0}, {1, 1, 1}, {3, 3, 3});
+  for (const auto &[mesh, degree] : {std::pair(box, 1u), std::pair(geometry::make_tetrahedra(box), 1u),
+                                     std::pair(geometry::make_tetrahedra(box), 2u)}) {
+    const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 0, degree);
+    const auto on = space.nodes_on("y_high");
+    for (unsigned node = 0; node < space.n_local_nodes(); ++node)
+      EXPECT_EQ(bool(on[node]), space.points()[node][1] > 1 - 1e-12);
+  }
+}
+
 TEST(NodalMatrix, RowsAreCompleteWithoutCommunication) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4}));
   fem::NodalMatrix A(space, 1);

@@ -160,8 +160,8 @@ struct Disturbed : BloodBox {
 } // namespace
 
 TEST(NavierStokes, HasOrderOneInTimeOnAMovingMesh) {
-  const auto coarse = errors_on_moving_mesh(linear_in_space(), 2, 8, 0.4),
-             fine = errors_on_moving_mesh(linear_in_space(), 2, 16, 0.4);
+  const auto coarse = errors_on_moving_mesh(linear_in_space(), 4, 8, 0.4),
+             fine = errors_on_moving_mesh(linear_in_space(), 4, 16, 0.4);
   EXPECT_NEAR(std::log2(coarse[0] / fine[0]), 1, 0.15);
   EXPECT_NEAR(std::log2(coarse[1] / fine[1]), 1, 0.25);
   EXPECT_LT(fine[0], 0.05);
@@ -210,7 +210,7 @@ TEST(NavierStokes, ConvergesToPoiseuilleFlowWithOrderTwo) {
     error[level] = errors(problem, zero, profile, drop);
   }
   EXPECT_GT(std::log2(error[0][0] / error[1][0]), 1.9);
-  EXPECT_LT(error[1][0], 0.01);
+  EXPECT_LT(error[1][0], 0.02); // about the error of interpolation
   EXPECT_LT(error[1][1], 0.2);
 }
 

@@ -1,0 +1,36 @@
+#include "ale_solver/ale_solver.h"
+
+namespace heartbus::ale {
+
+ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
+    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)),
+      mesh_motion_(3 * space.n_owned_nodes()) {
+  const auto on = space.nodes_on("interface");
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+    if (on[node])
+      interface_nodes_.push_back(node);
+  displacement_.resize(3 * interface_nodes_.size());
+}
+
+void ALESolver::declare(bus::Declaration &bus) {
+  const double spacing = space_.smallest_cell_size();
+  std::vector<double> cavity, interface;
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
+    cavity.insert(cavity.end(), space_.points()[node].begin(), space_.points()[node].end());
+  for (const unsigned node : interface_nodes_)
+    interface.insert(interface.end(), space_.points()[node].begin(), space_.points()[node].end());
+  bus.point_set("cavity", cavity, spacing);
+  bus.point_set("interface", interface, spacing);
+  bus.input("displacement", "interface", 3, "m", displacement_);
+  bus.output("mesh_motion", "cavity", 3, "m", "n+1", mesh_motion_);
+  bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
+}
+
+void ALESolver::solve_step(const bus::Step &) {
+  for (std::size_t k = 0; k < displacement_.size(); ++k)
+    motion_.local_element(3 * interface_nodes_[k / 3] + k % 3) = displacement_[k];
+  iterations_ = problem_.lift(motion_);
+  std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
+}
+
+} // namespace heartbus::ale

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "ale_solver/lifting_problem.h"
+#include "common/bus/solver.h"
+
+#include <vector>
+
+namespace heartbus::ale {
+
+/// Motion of the fluid's mesh (paper, section 2.4 and 3.1, step 3): lifts the wall's displacement. It has no history but
+/// the last motion, from which the linear solver starts.
+class ALESolver : public bus::Solver {
+ public:
+  ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters);
+
+  void declare(bus::Declaration &declaration) override;
+  void prepare_step(const bus::Step &) override {}
+  void solve_step(const bus::Step &) override;
+  void commit_step(const bus::Step &) override {}
+
+ private:
+  const fem::LagrangeSpace &space_;
+  LiftingProblem problem_;
+  fem::Vector motion_;
+  std::vector<unsigned> interface_nodes_;         ///< owned
+  std::vector<double> displacement_, mesh_motion_; ///< what the bus fills and reads
+  unsigned iterations_ = 0;
+};
+
+} // namespace heartbus::ale

@@ -1,0 +1,18 @@
+#include "ale_solver/ale_solver.h"
+#include "common/bus/participant.h"
+#include "common/fem/runtime.h"
+#include "common/geometry/shapes.h"
+#include "common/schema/scene.h"
+
+using namespace heartbus;
+
+int main(int argc, char **argv) {
+  bus::Participant participant(argc, argv, "ale", "ale_solver");
+  return participant.run([&] {
+    const SceneParameters scene = read_scene(participant.scene_text(), "scene");
+    const fem::Runtime runtime(participant.communicator());
+    const fem::LagrangeSpace space(participant.communicator(), geometry::make_fluid(scene.geometry));
+    ale::ALESolver solver(space, scene.ale);
+    participant.serve(solver);
+  });
+}

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "common/bus/solver.h"
+#include "common/io/field_writer.h"
+#include "common/schema/scene.h"
+#include "fluid_solver/navier_stokes_problem.h"
+#include "fluid_solver/valves.h"
+
+#include <memory>
+#include <optional>
+#include <spdlog/logger.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::fluid {
+
+/// The blood (paper, section 2.5 and 3.1, step 4): velocity and pressure on the moving mesh, valves, and the Robin side of
+/// the interface condition. Takes the mesh motion and the wall's velocity v* and force W*, returns the force L on the wall.
+class FluidSolver : public bus::Solver {
+ public:
+  /// Valves are there when the mesh has boundaries `mitral` and `aortic`.
+  FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt,
+              std::shared_ptr<spdlog::logger> log);
+  /// Writes velocity, pressure and mesh motion when they are due.
+  void write_fields(const std::string &folder, const OutputParameters &output);
+
+  void declare(bus::Declaration &declaration) override;
+  void prepare_step(const bus::Step &step) override;
+  void solve_step(const bus::Step &step) override;
+  void commit_step(const bus::Step &step) override;
+
+  const NavierStokesProblem &problem() const { return problem_; }
+  const std::optional<Valves> &valves() const { return valves_; }
+
+ private:
+  /// An empty history: the mesh as it comes, blood at rest.
+  void start();
+  /// Compares the new velocity with the wall's new velocity.
+  void budget();
+  void switch_valves(double time);
+  fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
+  void write(double time);
+
+  const fem::LagrangeSpace &space_;
+  Parameters parameters_;
+  std::shared_ptr<spdlog::logger> log_;
+  NavierStokesProblem problem_;
+  std::optional<Valves> valves_;
+  Orifice *mitral_ = nullptr, *aortic_ = nullptr;
+  double mitral_flow_ = 0, aortic_flow_ = 0; ///< into and out of the ventricle [m^3/s]
+
+  std::vector<unsigned> interface_nodes_; ///< owned
+  // what the bus reads and fills
+  std::vector<double> mesh_motion_, wall_velocity_, wall_force_, blood_force_;
+  fem::LinearStatistics statistics_;
+  double volume_defect_ = 0, interface_power_ = 0;
+
+  OutputParameters output_;
+  std::unique_ptr<io::FieldWriter> writer_;
+};
+
+} // namespace heartbus::fluid

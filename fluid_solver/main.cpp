@@ -1,0 +1,23 @@
+#include "common/bus/participant.h"
+#include "common/fem/runtime.h"
+#include "common/geometry/shapes.h"
+#include "common/log/log.h"
+#include "common/schema/scene.h"
+#include "fluid_solver/fluid_solver.h"
+
+using namespace heartbus;
+
+int main(int argc, char **argv) {
+  bus::Participant participant(argc, argv, "fluid", "fluid_solver");
+  return participant.run([&] {
+    const SceneParameters scene = read_scene(participant.scene_text(), "scene");
+    const fem::Runtime runtime(participant.communicator());
+    const fem::LagrangeSpace space(participant.communicator(), geometry::make_fluid(scene.geometry));
+    int rank = 0;
+    MPI_Comm_rank(participant.communicator(), &rank);
+    fluid::FluidSolver solver(space, scene.fluid, scene.coupling.alpha, scene.time.step,
+                              log::open_log(participant.output_folder(), participant.name(), rank));
+    solver.write_fields(participant.output_folder() + "/fields", scene.output);
+    participant.serve(solver);
+  });
+}
