@@ -82,7 +82,7 @@ class Ventricle {
   /// The core's surface lies between the shrunk interface and the box through its four edges: on a smooth surface the
   /// three edges that meet in a corner of the core would lie in one plane.
   Point3 core(const OGrid::Node &node) const {
-    constexpr double boxiness = 0.6;
+    constexpr double boxiness = 0.5;
     const Point3 smooth = shrunk(node), corner = shrunk({size_.n, size_.n, node.k});
     const Point3 box{corner[0] * (2. * node.i / size_.n - 1), corner[1] * (2. * node.j / size_.n - 1), corner[2]};
     Point3 x;
