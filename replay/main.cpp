@@ -10,8 +10,9 @@ namespace {
 std::string file_of(const heartbus::bus::Participant &participant) {
   const YAML::Node file = YAML::Load(participant.scene_text())["participants"][participant.name()]["settings"]["file"];
   if (!file)
-    throw heartbus::Failure(heartbus::ExitCode::scene, "participants." + participant.name() +
-                                                           ".settings.file is missing: which recording is to be played?");
+    throw heartbus::Failure(heartbus::ExitCode::scene,
+                            "participants." + participant.name() +
+                                ".settings.file is missing: which recording is to be played?");
   return file.as<std::string>();
 }
 

@@ -151,7 +151,7 @@ void Coordinator::Implementation::order_all_to_leave(int code) {
     }
 }
 
-/// After a failure: everybody gets the code and a moment to leave in order.
+/// After a failure: everybody gets the code and a moment to unwind, i.e. to close files; then all may end.
 void Coordinator::Implementation::send_off(int code) {
   order_all_to_leave(code);
   const Waiting undisturbed([] {});
@@ -163,6 +163,12 @@ void Coordinator::Implementation::send_off(int code) {
   };
   if (!undisturbed.within(grace_to_leave, all_gone))
     world.abort(code);
+  for (int r = 0; r < n_ranks; ++r) {
+    Packer nothing;
+    if (r != world.rank())
+      mail.send(r, tag_exit, nothing);
+  }
+  undisturbed.within(grace_to_leave, [this] { return mail.all_sent(); });
 }
 
 Coordinator::Coordinator(int &argc, char **&argv) : implementation_(std::make_unique<Implementation>(argc, argv)) {
@@ -293,10 +299,17 @@ Report Coordinator::wait_report(const std::string &participant) {
   };
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
-  all.waiting.until(came, [&] { return Awaited{"the report of " + participant, ""}; }, patience);
+  all.waiting.until(
+      came,
+      [&] {
+        return Awaited{"the report of " + participant, ""};
+      },
+      patience);
   auto &expected = all.expected_recordings.at(participant);
   all.waiting.until([&] { return all.have_recorded(expected.front()); },
-                    [&] { return Awaited{"what " + participant + " has sent to be recorded", ""}; });
+                    [&] {
+                      return Awaited{"what " + participant + " has sent to be recorded", ""};
+                    });
   expected.pop_front();
   return report;
 }

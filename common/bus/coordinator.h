@@ -77,8 +77,8 @@ class Coordinator {
   const ParticipantInfo &participant(const std::string &name) const;
 
   /// Matches the points of `field` as `from` sends it and `to` receives it and distributes the routing tables. Returns
-  /// the route's number. Failure(handshake) on unknown fields, unit or component mismatch, Failure(map) on points that do
-  /// not match (worst node named).
+  /// the route's number. Failure(handshake) on unknown fields, unit or component mismatch, Failure(map) on points that
+  /// do not match (worst node named).
   int connect(const std::string &from, const std::string &to, const std::string &field);
   /// Lets the coupler itself receive what travels on a route: `on_values(step, values)` gets the field at the target's
   /// points (coordinates in `coordinates`, both in the order of target ranks and their points) after each transfer.

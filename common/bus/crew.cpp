@@ -32,7 +32,7 @@ void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
         now - work.since < std::chrono::duration<double>(seconds))
       continue;
     std::ostringstream message;
-    message << "waited " << seconds << " s for " << participant << why_late(participant, routes);
+    message << "waited " << seconds << " s (the deadline) for " << participant << why_late(participant, routes);
     throw Late(message.str(), "");
   }
 }

@@ -18,6 +18,9 @@ std::string list(const std::map<std::string, Coordinator::Expected> &expected) {
   return text.str();
 }
 
+/// Scenes may name a program by its path.
+std::string base_name(const std::string &path) { return path.substr(path.rfind('/') + 1); }
+
 const FieldInfo *find_field(const ParticipantInfo &participant, const std::string &name, bool output) {
   for (const FieldInfo &field : participant.fields)
     if (field.name == name && field.output == output)
@@ -57,7 +60,7 @@ void compare_members(const World &world, const std::map<std::string, Coordinator
     const auto ranks = world.ranks_of(name);
     if (ranks.empty())
       problem = "participant '" + name + "' is missing";
-    else if (world.members()[ranks.front()].program != who.program)
+    else if (world.members()[ranks.front()].program != base_name(who.program))
       problem = "participant '" + name + "' is played by the wrong program";
     else if (who.ranks > 0 && static_cast<int>(ranks.size()) != who.ranks)
       problem = "participant '" + name + "' has " + ranks_text(ranks.size());
@@ -68,8 +71,7 @@ void compare_members(const World &world, const std::map<std::string, Coordinator
     if (problem.empty() && !member.coupler && expected.count(member.name) == 0)
       problem = "participant '" + member.name + "' is not in the scene";
   if (!problem.empty())
-    throw Failure(ExitCode::handshake,
-                  problem + "\n  expected: " + list(expected) + "\n  came: " + world.who_came());
+    throw Failure(ExitCode::handshake, problem + "\n  expected: " + list(expected) + "\n  came: " + world.who_came());
 }
 
 void merge_declaration(ParticipantInfo &participant, int rank, const ParticipantInfo &declared) {

@@ -7,8 +7,8 @@
 namespace heartbus::bus {
 namespace {
 
-constexpr int unforeseen = 1;    ///< exit code of exceptions that are no Failure
-constexpr double grace = 3;      ///< [s] for the coupler to answer a complaint
+constexpr int unforeseen = 1; ///< exit code of exceptions that are no Failure
+constexpr double grace = 3;   ///< [s] for the coupler to answer
 
 } // namespace
 
@@ -34,7 +34,12 @@ Bytes Link::receive_broadcast(double patience) {
         bytes_ = std::move(letter->content);
       return letter.has_value();
     };
-    waiting_.until(came, [] { return Awaited{"a command of the coupler", "coupler"}; }, patience);
+    waiting_.until(
+        came,
+        [] {
+          return Awaited{"a command of the coupler", "coupler"};
+        },
+        patience);
     size_ = bytes_.size();
   }
   broadcast(&size_, sizeof(size_), patience);
@@ -51,7 +56,12 @@ void Link::broadcast(void *data, std::size_t size, double patience) {
     MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
     return complete != 0;
   };
-  waiting_.until(done, [] { return Awaited{"its own rank 0 to pass on a command", ""}; }, patience);
+  waiting_.until(
+      done,
+      [] {
+        return Awaited{"its own rank 0 to pass on a command", ""};
+      },
+      patience);
 }
 
 Bytes Link::receive(Tag tag) {
@@ -106,7 +116,8 @@ int Link::guard(const std::function<void()> &body) {
   try {
     tell_failures(body);
   } catch (const LeaveOrder &order) {
-    say_gone();
+    if (order.code != 0)
+      wait_for_exit();
     return order.code;
   }
   return 0;
@@ -120,11 +131,14 @@ void Link::complain(const Complaint &complaint) {
   world_.abort(complaint.code);
 }
 
-void Link::say_gone() {
+void Link::wait_for_exit() {
   Packer nothing;
   mail_.send(world_.coupler(), tag_gone, nothing);
-  for (int i = 0; i < 1000 && !mail_.all_sent(); ++i)
-    std::this_thread::sleep_for(std::chrono::microseconds(500));
+  const Waiting undisturbed([] {});
+  undisturbed.within(grace, [this] {
+    mail_.all_sent();
+    return mail_.receive(world_.coupler(), tag_exit).has_value();
+  });
 }
 
 void Link::wait_for_the_end() {

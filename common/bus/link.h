@@ -32,15 +32,18 @@ class Link {
   Bytes receive_broadcast(double patience);
   /// The coupler's next message to this very rank.
   Bytes receive(Tag tag);
-  template <class T> void post(Tag tag, const T &message) { mail_.post(world_.coupler(), tag, message); }
+  template <class T>
+  void post(Tag tag, const T &message) {
+    mail_.post(world_.coupler(), tag, message);
+  }
   void post_progress();
   /// Sum over the participant's ranks, valid on its root.
   std::vector<double> sum(const std::vector<double> &values);
 
   /// Runs `body`; an exception becomes a complaint, answered by the order to leave. Returns the exit code.
   int guard(const std::function<void()> &body);
-  /// Like guard, but passes the order on to the caller's guard: for failures that must be told before the stack unwinds,
-  /// because destructors of a solver may be collective.
+  /// Like guard, but passes the order on to the caller's guard: for failures that must be told before the stack
+  /// unwinds, because destructors of a solver may be collective.
   void tell_failures(const std::function<void()> &body);
   /// Nothing more to do: waits until everybody has come that far.
   void wait_for_the_end();
@@ -54,7 +57,9 @@ class Link {
  private:
   void poll();
   [[noreturn]] void complain(const Complaint &complaint);
-  void say_gone();
+  /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
+  /// closed their files.
+  void wait_for_exit();
   void broadcast(void *data, std::size_t size, double patience);
 
   World &world_;

@@ -14,7 +14,8 @@ using Bytes = std::vector<char>;
 /// Writes numbers, texts and vectors of them one after another; no names, no alignment, native byte order.
 class Packer {
  public:
-  template <class T> Packer &operator<<(const T &value) {
+  template <class T>
+  Packer &operator<<(const T &value) {
     static_assert(std::is_trivially_copyable_v<T>);
     bytes_.resize(bytes_.size() + sizeof(T));
     std::memcpy(bytes_.data() + bytes_.size() - sizeof(T), &value, sizeof(T));
@@ -25,7 +26,8 @@ class Packer {
     bytes_.insert(bytes_.end(), text.begin(), text.end());
     return *this;
   }
-  template <class T> Packer &operator<<(const std::vector<T> &values) {
+  template <class T>
+  Packer &operator<<(const std::vector<T> &values) {
     *this << values.size();
     for (const T &value : values)
       *this << value;
@@ -42,7 +44,8 @@ class Unpacker {
  public:
   explicit Unpacker(Bytes bytes) : bytes_(std::move(bytes)) {}
 
-  template <class T> Unpacker &operator>>(T &value) & {
+  template <class T>
+  Unpacker &operator>>(T &value) & {
     static_assert(std::is_trivially_copyable_v<T>);
     std::memcpy(&value, next(sizeof(T)), sizeof(T));
     return *this;
@@ -53,13 +56,15 @@ class Unpacker {
     text.assign(begin, begin + size);
     return *this;
   }
-  template <class T> Unpacker &operator>>(std::vector<T> &values) & {
+  template <class T>
+  Unpacker &operator>>(std::vector<T> &values) & {
     values.assign(read<std::size_t>(), T());
     for (T &value : values)
       *this >> value;
     return *this;
   }
-  template <class T> T read() {
+  template <class T>
+  T read() {
     T value;
     *this >> value;
     return value;
@@ -77,7 +82,8 @@ class Unpacker {
 };
 
 /// The message that `bytes` consists of.
-template <class T> T unpack(Bytes bytes) {
+template <class T>
+T unpack(Bytes bytes) {
   Unpacker unpacker(std::move(bytes));
   T message;
   unpacker >> message;

@@ -19,7 +19,8 @@ std::string name_from(int argc, char **argv, const std::string &default_name, co
   }
   if (argc == 3 && option == "--name")
     return argv[2];
-  std::fprintf(stderr, "heartbus: %s takes --name NAME or --version only; settings are in the scene\n", program.c_str());
+  std::fprintf(stderr, "heartbus: %s takes --name NAME or --version only; settings are in the scene\n",
+               program.c_str());
   std::exit(static_cast<int>(ExitCode::scene));
 }
 
@@ -37,8 +38,8 @@ struct Participant::Implementation {
 };
 
 Participant::Participant(int &argc, char **&argv, const std::string &default_name, const std::string &program)
-    : implementation_(std::make_unique<Implementation>(argc, argv, name_from(argc, argv, default_name, program),
-                                                       program)) {
+    : implementation_(
+          std::make_unique<Implementation>(argc, argv, name_from(argc, argv, default_name, program), program)) {
   Link &link = implementation_->link;
   bool welcomed = false;
   const int code = link.guard([&] {

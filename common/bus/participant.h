@@ -20,8 +20,8 @@ namespace heartbus::bus {
 ///       });
 ///     }
 ///
-/// The constructor initialises MPI, splits the world by declared name and receives the scene from the coupler (which has
-/// validated all of it). `run` turns exceptions into one message and the exit code for the whole launch.
+/// The constructor initialises MPI, splits the world by declared name and receives the scene from the coupler (which
+/// has validated all of it). `run` turns exceptions into one message and the exit code for the whole launch.
 class Participant {
  public:
   /// `default_name` can be replaced by `--name NAME` on the command line.
@@ -30,8 +30,8 @@ class Participant {
 
   const std::string &name() const;
   MPI_Comm communicator() const;
-  const std::string &scene_text() const;     ///< the resolved scene, YAML
-  const std::string &output_folder() const;  ///< exists already
+  const std::string &scene_text() const;    ///< the resolved scene, YAML
+  const std::string &output_folder() const; ///< exists already
 
   int run(const std::function<void()> &body);
   /// Handshake, then execute the coupler's commands until the end of the run.

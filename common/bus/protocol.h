@@ -20,7 +20,8 @@ enum Tag {
   tag_report,      ///< root -> coupler
   tag_complaint,   ///< any rank -> coupler: it has failed
   tag_leave,       ///< coupler -> every rank: the exit code; 0 after a good end
-  tag_gone         ///< every rank -> coupler: it will use the bus no more
+  tag_gone,        ///< every rank -> coupler: its work is done or unwound
+  tag_exit         ///< coupler -> every rank, after a failure: all have gone, the processes may end
 };
 
 /// First message to a participant.
@@ -76,7 +77,8 @@ class Mailbox {
   explicit Mailbox(MPI_Comm communicator) : communicator_(communicator) {}
 
   void send(int rank, Tag tag, Packer &packer);
-  template <class T> void post(int rank, Tag tag, const T &message) {
+  template <class T>
+  void post(int rank, Tag tag, const T &message) {
     Packer packer;
     packer << message;
     send(rank, tag, packer);

@@ -34,7 +34,8 @@ double cpu_seconds(const rusage &usage) {
 
 } // namespace
 
-template <class Work> void Server::measure(const std::string &kind, Work &&work) {
+template <class Work>
+void Server::measure(const std::string &kind, Work &&work) {
   using namespace std::chrono;
   const auto start = steady_clock::now();
   work();

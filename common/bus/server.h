@@ -27,7 +27,8 @@ class Server {
   void receive(int route, const Step &step);
   void report();
   void finish();
-  template <class Work> void measure(const std::string &kind, Work &&work);
+  template <class Work>
+  void measure(const std::string &kind, Work &&work);
 
   Solver &solver_;
   Link &link_;

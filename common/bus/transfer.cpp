@@ -37,7 +37,8 @@ std::string incomplete(const std::vector<Channel> &channels) {
     int complete = 0;
     MPI_Request_get_status(channel.request, &complete, MPI_STATUS_IGNORE);
     if (!complete)
-      names += (names.empty() ? "" : ", ") + channel.peer.participant + " (rank " + std::to_string(channel.peer.rank) + ")";
+      names +=
+          (names.empty() ? "" : ", ") + channel.peer.participant + " (rank " + std::to_string(channel.peer.rank) + ")";
   }
   return names;
 }

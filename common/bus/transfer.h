@@ -35,7 +35,8 @@ class Outgoing {
   std::vector<Channel> channels_;
 };
 
-/// The receiving end of a route on one rank. Its buffers always wait for the next message, so that senders get rid of it.
+/// The receiving end of a route on one rank. Its buffers always wait for the next message, so that senders get rid of
+/// it.
 class Incoming {
  public:
   Incoming(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers);

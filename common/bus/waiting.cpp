@@ -27,14 +27,13 @@ bool Waiting::within(double seconds, const std::function<bool()> &done) const {
   return true;
 }
 
-void Waiting::until(const std::function<bool()> &done, const std::function<Awaited()> &awaited,
-                    double patience) const {
+void Waiting::until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience) const {
   const double seconds = patience * deadline;
   if (within(seconds, done))
     return;
   const Awaited missing = awaited();
   std::ostringstream message;
-  message << "waited " << seconds << " s for " << missing.what;
+  message << "waited " << seconds << " s (the deadline) for " << missing.what;
   throw Late(message.str(), missing.from);
 }
 

@@ -20,8 +20,9 @@ class Late : public Failure {
   const std::string waits_for;
 };
 
-/// Waits asleep: spins 50 us (most answers come at once), then sleeps 20 us, doubling up to 200 us, so that an idle rank
-/// leaves its core to the working ones. Every round also calls `poll`, which looks for an order to leave and throws it.
+/// Waits asleep: spins 50 us (most answers come at once), then sleeps 20 us, doubling up to 200 us, so that an idle
+/// rank leaves its core to the working ones. Every round also calls `poll`, which looks for an order to leave and
+/// throws it.
 class Waiting {
  public:
   explicit Waiting(std::function<void()> poll) : poll_(std::move(poll)) {}

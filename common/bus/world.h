@@ -16,9 +16,9 @@ struct Member {
   bool coupler = false;
 };
 
-/// The launch: initialises MPI, learns who came and splits by declared name (MPI_APPNUM is absent under some launchers).
-/// This is the only place that names MPI_COMM_WORLD. A launch without exactly one coupler, with one name claimed by two
-/// programs or with different protocols ends here, with one message that lists who came.
+/// The launch: initialises MPI, learns who came and splits by declared name (MPI_APPNUM is absent under some
+/// launchers). This is the only place that names MPI_COMM_WORLD. A launch without exactly one coupler, with one name
+/// claimed by two programs or with different protocols ends here, with one message that lists who came.
 class World {
  public:
   World(int &argc, char **&argv, const Member &self);
@@ -34,8 +34,8 @@ class World {
   MPI_Comm own() const { return own_; }         ///< the participant's ranks: for the solver
   MPI_Comm local() const { return local_; }     ///< the participant's ranks: for the bus
 
-  void finalize();                    ///< collective over the launch
-  [[noreturn]] void abort(int code);  ///< when somebody cannot be reached any more
+  void finalize();                   ///< collective over the launch
+  [[noreturn]] void abort(int code); ///< when somebody cannot be reached any more
 
  private:
   void gather_members(const Member &self);

@@ -70,7 +70,8 @@ std::vector<hsize_t> extent(hid_t table) {
   return sizes;
 }
 
-template <class T> std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
+template <class T>
+std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
   const Hdf5Object table(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "find " + name);
   hsize_t size = 1;
   for (const hsize_t n : extent(table))
@@ -93,9 +94,8 @@ struct RecordingWriter::Implementation {
         times(create_table<1>(file, "time", H5T_NATIVE_DOUBLE, {1})) {
     const std::array<hsize_t, 2> size{n_points, 3};
     const Hdf5Object space(H5Screate_simple(2, size.data(), nullptr), H5Sclose, "describe points");
-    const Hdf5Object points(
-        H5Dcreate2(file, "points", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-        "create points");
+    const Hdf5Object points(H5Dcreate2(file, "points", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                            H5Dclose, "create points");
     require(H5Dwrite(points, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, field.coordinates.data()),
             "write points");
     write_text(points, "field", field.name);

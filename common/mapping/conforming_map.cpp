@@ -30,8 +30,8 @@ std::string diagnosis(const DistributedPoints &source, const std::vector<Point> 
                       const DistributedPoints &target, const std::vector<Point> &targets) {
   const Box a = bounding_box(sources), b = bounding_box(targets);
   std::ostringstream out;
-  out << "\n  " << source.name << " spans " << text(a.low) << " to " << text(a.high) << " m, " << target.name << " spans "
-      << text(b.low) << " to " << text(b.high) << " m";
+  out << "\n  " << source.name << " spans " << text(a.low) << " to " << text(a.high) << " m, " << target.name
+      << " spans " << text(b.low) << " to " << text(b.high) << " m";
   const double small = std::min(a.diameter(), b.diameter()), large = std::max(a.diameter(), b.diameter());
   if (small > 0 && large / small > 500 && large / small < 2000)
     out << "; their sizes differ by " << large / small << ": "
@@ -48,7 +48,9 @@ std::string diagnosis(const DistributedPoints &source, const std::vector<Point> 
   double largest = -1;
   for (std::size_t i = 0; i < alone.size() && !sources.empty(); i += stride) {
     const Point &target_point = targets[alone[i]];
-    const auto closer = [&](const Point &p, const Point &q) { return distance(p, target_point) < distance(q, target_point); };
+    const auto closer = [&](const Point &p, const Point &q) {
+      return distance(p, target_point) < distance(q, target_point);
+    };
     const std::size_t candidate = std::min_element(sources.begin(), sources.end(), closer) - sources.begin();
     if (const double d = distance(sources[candidate], target_point); d > largest) {
       largest = d;
@@ -57,8 +59,8 @@ std::string diagnosis(const DistributedPoints &source, const std::vector<Point> 
     }
   }
   std::ostringstream out;
-  out << alone.size() << " of " << targets.size() << " points of " << target.name << " have no partner in " << source.name
-      << " within " << tolerance << " m; the worst is " << text(targets[worst]);
+  out << alone.size() << " of " << targets.size() << " points of " << target.name << " have no partner in "
+      << source.name << " within " << tolerance << " m; the worst is " << text(targets[worst]);
   if (sources.empty())
     out << ", as " << source.name << " has no points";
   else

@@ -27,7 +27,8 @@ struct Block {
   std::vector<int> source_points, target_points; ///< numbered within their rank
 };
 
-/// Cuts a map (from match_points) into one block for each pair of ranks that share points, sorted by source, then target.
+/// Cuts a map (from match_points) into one block for each pair of ranks that share points, sorted by source, then
+/// target.
 std::vector<Block> split_by_ranks(const std::vector<std::size_t> &source_of_target, const DistributedPoints &source,
                                   const DistributedPoints &target);
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <csignal>
+#include <cstdio>
 #include <limits>
 #include <sstream>
 #include <thread>
@@ -32,6 +32,8 @@ class Dummy : public bus::Solver {
     if (mischief_ == "fail_early" && rank_ == 0)
       throw Failure(ExitCode::file, "cannot read the mesh");
   }
+
+  ~Dummy() override { std::printf("%s has closed its files\n", name_.c_str()); }
 
   void declare(bus::Declaration &bus) override {
     // Both participants share the points, in different orders: "b" counts backwards.

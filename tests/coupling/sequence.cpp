@@ -1,6 +1,7 @@
 // The coupler of the tests: "a" solves and sends its signal to "b", which checks every value, twice in every step.
-// Arguments: number of steps, their size [s], deadline [s], then optionally what is done wrong (see dummy.cpp), who does
-// it, and the file of a recording. "record coupler FILE" writes one, "replay a FILE" lets the program replay play "a".
+// Arguments: number of steps, their size [s], deadline [s], then optionally what is done wrong (see dummy.cpp), who
+// does it, and the file of a recording. "record coupler FILE" writes one, "replay a FILE" lets the program replay play
+// "a".
 #include "common/bus/coordinator.h"
 #include "common/bus/failure.h"
 #include "common/io/recording.h"

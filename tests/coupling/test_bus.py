@@ -103,7 +103,7 @@ class Bus(unittest.TestCase):
 
     def test_a_deadline_names_who_waits_for_whom_and_why(self):
         run = pair("hang", "a", deadline=1, b=2)
-        self.assert_cause(run, 7, "heartbus: b (rank ", "waited 1 s for field 'signal' from a (rank 0)",
+        self.assert_cause(run, 7, "heartbus: b (rank ", "waited 1 s (the deadline) for field 'signal' from a (rank 0)",
                           "step 1, iteration 0; a is busy with solve")
         self.assertLess(run.seconds, 6)
 
@@ -114,6 +114,10 @@ class Bus(unittest.TestCase):
         run = pair("fail", "a", a=3, b=2)
         self.assert_cause(run, 5, "heartbus: a (rank 2): CG has not converged in 7 iterations")
         self.assertLess(run.seconds, 5)
+
+    def test_everybody_closes_files_before_the_launch_ends_after_a_failure(self):
+        for _ in range(5):
+            self.assertEqual(pair("fail", "a", a=2, b=3).out.count("has closed its files"), 5)
 
     def test_ranks_stuck_in_a_collective_of_their_solver_are_ended_too(self):
         run = pair("fail_in_collective", "a", a=3)
