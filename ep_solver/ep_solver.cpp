@@ -13,8 +13,9 @@ using fem::Vector;
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
     : space_(space), substeps_(parameters.substeps), model_(make_ionic_model(parameters.ionic_model)),
-      stimulus_(parameters.stimulus, space.points()), problem_(space, D, parameters.tolerance),
-      current_(space.make_vector(1)), calcium_(space.n_owned_nodes()) {
+      stimulus_(parameters.stimulus, space.points()),
+      problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
+      calcium_(space.n_owned_nodes()) {
   const CellState cell = model_->initial_state(parameters.initial_state);
   n_.v = space.make_vector(1);
   n_.v = cell.v;

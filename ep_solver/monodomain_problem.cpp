@@ -5,9 +5,10 @@ namespace heartbus::ep {
 using fem::Lanes;
 
 MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
-                                     double tolerance)
-    : M_(space, 1), K_(space, 1), A_(space, 1), tolerance_(tolerance), rate_(space.make_vector(1)),
-      rhs_(space.make_vector(1)), work_(space.make_vector(1)), increment_(space.make_vector(1)) {
+                                     double tolerance, const std::string &preconditioner)
+    : M_(space, 1), K_(space, 1), A_(space, 1), tolerance_(tolerance), preconditioner_kind_(preconditioner),
+      rate_(space.make_vector(1)), rhs_(space.make_vector(1)), work_(space.make_vector(1)),
+      increment_(space.make_vector(1)) {
   const unsigned n = space.nodes_per_cell(), n_q = space.n_q();
   std::vector<Lanes> M(n * n), K(n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
@@ -24,8 +25,7 @@ void MonodomainProblem::set_step(double dt) {
   dt_ = dt;
   A_.copy_scaled(1 / dt, M_);
   A_.add_scaled(1, K_);
-  // M/dt dominates at any step that resolves the upstroke: a diagonal is preconditioner enough.
-  preconditioner_ = fem::make_preconditioner("jacobi", A_);
+  preconditioner_ = fem::make_preconditioner(preconditioner_kind_, A_);
 }
 
 fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v) {

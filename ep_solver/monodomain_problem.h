@@ -14,7 +14,8 @@ namespace heartbus::ep {
 class MonodomainProblem {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
-  MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, double tolerance);
+  MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, double tolerance,
+                    const std::string &preconditioner);
 
   /// Sets the step; the matrix is formed when it has changed.
   void set_step(double dt);
@@ -24,6 +25,7 @@ class MonodomainProblem {
  private:
   fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K
   double tolerance_, dt_ = 0;
+  std::string preconditioner_kind_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   fem::Vector rate_, rhs_, work_, increment_;
 };

@@ -57,7 +57,7 @@ double manufactured_error(unsigned n_cells) {
   }
   const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh);
   const Manufactured exact;
-  ep::MonodomainProblem problem(space, constant(exact.D)(space), 1e-12);
+  ep::MonodomainProblem problem(space, constant(exact.D)(space), 1e-12, "jacobi");
   const double dt = 0.1;
   problem.set_step(dt);
   fem::Vector v_n = space.make_vector(1), v = v_n, I = v_n;
