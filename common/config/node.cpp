@@ -43,7 +43,7 @@ Node converted(const YAML::Node &yaml, const std::string &file_name) {
   return node;
 }
 
-// Lays `over` onto `under`: blocks are united, everything else is replaced.
+// Lays `over` onto `under`: blocks are united, everything else is replaced, an empty value takes the key away.
 void overlay(Node &under, const Node &over) {
   if (under.kind != Node::Kind::block || over.kind != Node::Kind::block) {
     under = over;
@@ -55,6 +55,8 @@ void overlay(Node &under, const Node &over) {
                                    [&](const Node &other) { return other.key == child.key; });
     if (same == under.children.end())
       under.children.push_back(child);
+    else if (child.kind == Node::Kind::empty)
+      under.children.erase(same);
     else
       overlay(*same, child);
   }

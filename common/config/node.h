@@ -21,7 +21,8 @@ struct Node {
 /// Parses YAML; duplicate keys are refused. Throws Failure(scene).
 Node parse_yaml(const std::string &text, const std::string &file_name);
 
-/// Reads a file. A top-level key `base: other.yaml` (relative to this file) lays this file over that one.
+/// Reads a file. A top-level key `base: other.yaml` (relative to this file) lays this file over that one; keys with an
+/// empty value are taken away.
 Node load_yaml(const std::string &file_name);
 
 /// Sets `path` ("a.b.c") to the YAML text `value`, creating blocks as needed.

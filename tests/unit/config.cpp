@@ -149,6 +149,15 @@ TEST(Config, ASettingFromTheCommandLineWinsAndIsNamedInErrors) {
       Failure);
 }
 
+TEST(Config, AnEmptyValueTakesAwayWhatTheBaseHas) {
+  Node root = parse_yaml("fluid: {density: 1 kg/m^3, viscosity: 1 Pa s}", "base.yaml");
+  set_value(root, "fluid.density", "", "scene.yaml:1");
+  Whole whole;
+  read(root, describe(whole));
+  EXPECT_EQ(whole.fluid.density, 1060);
+  EXPECT_EQ(whole.fluid.viscosity, 1);
+}
+
 TEST(Config, ASceneOverlaysItsBaseAndErrorsKeepTheirFile) {
   const auto folder = std::filesystem::temp_directory_path() / ("heartbus_config_" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
