@@ -44,8 +44,8 @@ class Series:
         values = self.file[self.groups[instant]][name][:]
         return values[:, 0] if values.shape[1] == 1 else values
 
-    def has(self, name, instant=0):
-        return name in self.file[self.groups[instant]]
+    def has(self, name):
+        return name in self.file[self.groups[0]]
 
     def grid(self, instant=0, motion=None, **fields):
         """The mesh, moved by the field `motion`, with point data."""
@@ -292,8 +292,7 @@ def picture_flow(fluid, instant, what, path):
     fastest = max(np.ceil(20 * speed.max()) / 20, 0.05)
     low, high = np.percentile(p, [0.5, 99.5])
     limits = (low, max(high, low + 0.1))
-    motion = "mesh_motion" if fluid.has("mesh_motion", instant) else None
-    grid = fluid.grid(instant, motion, u=u, speed=speed, p=p)
+    grid = fluid.grid(instant, "motion", u=u, speed=speed, p=p)
     cut, box = section(grid), bounds(fluid.points)
     arrows = glyphs(lattice(grid, 3.5e-3, box), "u", 8e-3 / fastest, arrow=True)
     velocity = [actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=(0.1, 0.1, 0.1))]

@@ -103,8 +103,6 @@ Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &para
 void Fibres::lay_constant(const geometry::FibreParameters &parameters) {
   const auto &d = parameters.direction, &t = parameters.sheet;
   const Direction f = normalised({d[0], d[1], d[2]}), s = normalised(reject({t[0], t[1], t[2]}, f));
-  if (!(std::abs(dot(f, f) + dot(s, s) - 2) < 1e-6) || std::abs(dot(f, s)) > 1e-6)
-    throw Failure(ExitCode::scene, "fibres: `direction` and `sheet` must be neither zero nor parallel");
   for (auto &frame : frames_)
     for (unsigned lane = 0; lane < n_lanes; ++lane)
       set_frame(frame, lane, f, s);

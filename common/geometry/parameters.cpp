@@ -1,6 +1,8 @@
 #include "common/geometry/parameters.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace heartbus::geometry {
 
@@ -42,6 +44,8 @@ void PistonParameters::describe(config::Section &s) {
 void SlabParameters::describe(config::Section &s) {
   s.quantities("size", size, "m", 3, "lengths along x, y, z");
   s.quantity("cell", cell, "m", positive, "wanted edge length of a cell");
+  if (*std::min_element(size.begin(), size.end()) <= 0)
+    s.fail("size", "the lengths must be positive");
 }
 
 void TubeParameters::describe(config::Section &s) {
@@ -60,6 +64,12 @@ void FibreParameters::describe(config::Section &s) {
   s.quantity("angle_epi", angle_epi, "rad", config::any, "fibre angle on the epicardium");
   s.quantities("direction", direction, "1", 3, "fibre direction of the constant rule");
   s.quantities("sheet", sheet, "1", 3, "sheet direction of the constant rule, made orthogonal to the fibre");
+  const auto product = [](const std::vector<double> &a, const std::vector<double> &b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const double ff = product(direction, direction), fs = product(direction, sheet), ss = product(sheet, sheet);
+  if (ff * ss - fs * fs <= 1e-12 * ff * ss)
+    s.fail("direction", "`direction` and `sheet` must be neither zero nor parallel");
 }
 
 } // namespace heartbus::geometry

@@ -1,6 +1,7 @@
 #include "common/bus/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
+#include "common/schema/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -138,6 +139,20 @@ TEST(Tube, IsValidAndConformsAtTheWall) {
   EXPECT_EQ(labels_in_use(fluid), (std::set<std::string>{"interface", "inlet", "outlet"}));
   EXPECT_NEAR(volume(fluid) / (pi * 25e-6 * 50e-3), 1, 0.03); // a polygon of 16 sides
   EXPECT_NEAR(area(fluid, "inlet"), volume(fluid) / 50e-3, 1e-12);
+}
+
+TEST(GeometryParameters, RefuseOverlappingValvesAndParallelFibresAndSheets) {
+  const auto complaint = [](const std::string &scene) -> std::string {
+    try {
+      read_scene(scene, "test.yaml");
+      return "";
+    } catch (const Failure &failure) {
+      return failure.what();
+    }
+  };
+  EXPECT_NE(complaint("geometry: {ventricle: {mitral_centre: 0 mm}}").find("overlap"), std::string::npos);
+  EXPECT_NE(complaint("fibres: {rule: constant, sheet: [2, 0, 0]}").find("parallel"), std::string::npos);
+  EXPECT_NE(complaint("geometry: {slab: {size: [20 mm, 0 mm, 3 mm]}}").find("positive"), std::string::npos);
 }
 
 TEST(Tetrahedra, FillTheSameVolumeWithTheSameBoundary) {
