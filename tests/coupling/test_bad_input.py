@@ -1,14 +1,11 @@
 """A wrong scene ends the whole launch within seconds: one message with its place, the right exit code, nobody left."""
 
-import os
-import subprocess
 import tempfile
-import time
 import unittest
-import uuid
 from pathlib import Path
 
-BIN = Path(os.environ["HEARTBUS_BIN"])
+from launch import BIN, Launch
+
 SECONDS = 5
 
 # (what is wrong, scene, exit code, parts of the message)
@@ -33,27 +30,6 @@ BAD_SCENES = [
     ("blocks that do not fit", "time: {end: 1 ms, step: 0.3 ms}\n", 2, ["scene.yaml:1: key 'time.step': must divide"]),
     ("too few programs for a scheme", "participants: {mech: {}, fluid: {}}\n", 2, ["'mech' and 'fluid' need 'ale'"]),
 ]
-
-
-class Launch:
-    """Runs a command with a mark in its environment, by which whoever it leaves behind is found."""
-
-    def __init__(self, command, folder):
-        mark = "HEARTBUS_TEST_MARK=" + uuid.uuid4().hex
-        name, value = mark.split("=")
-        begin = time.monotonic()
-        result = subprocess.run(command, cwd=folder, env={**os.environ, name: value}, timeout=60,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.seconds = time.monotonic() - begin
-        self.code, self.output = result.returncode, result.stdout
-        self.orphans = [p for p in Path("/proc").glob("[0-9]*/environ") if self.has_mark(p, mark)]
-
-    @staticmethod
-    def has_mark(environ, mark):
-        try:
-            return mark.encode() in environ.read_bytes()
-        except OSError:
-            return False
 
 
 def whole_launch(*coupler_arguments, programs=("ep_solver", "mech_solver", "ale_solver", "fluid_solver")):

@@ -1,0 +1,45 @@
+"""Runs commands as a user would, and finds whoever they leave behind."""
+import os
+import shlex
+import subprocess
+import time
+import uuid
+from pathlib import Path
+
+BIN = Path(os.environ["HEARTBUS_BIN"])
+SOURCE = Path(os.environ["HEARTBUS_SOURCE"])
+
+
+class Launch:
+    """A finished command: exit code, output, duration, processes still alive. `during(process)` runs meanwhile."""
+
+    def __init__(self, command, folder, during=None):
+        mark = "HEARTBUS_TEST_MARK=" + uuid.uuid4().hex
+        name, value = mark.split("=")
+        begin = time.monotonic()
+        process = subprocess.Popen([str(word) for word in command], cwd=folder, env={**os.environ, name: value},
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   text=True)
+        try:
+            if during:
+                during(process)
+            self.output, _ = process.communicate(timeout=120)
+        finally:
+            process.kill()
+        self.seconds = time.monotonic() - begin
+        self.code = process.returncode
+        self.orphans = [p for p in Path("/proc").glob("[0-9]*/environ") if has_mark(p, mark)]
+
+
+def has_mark(environ, mark):
+    try:
+        return mark.encode() in environ.read_bytes()
+    except OSError:  # ended meanwhile
+        return False
+
+
+def run_scene(scene, folder, *coupler_arguments, during=None):
+    """Starts a scene with mpirun, as ./run does."""
+    line = subprocess.run([BIN / "coupler", scene, "--launch-line", *coupler_arguments], cwd=folder, check=True,
+                          stdout=subprocess.PIPE, text=True).stdout
+    return Launch(["mpirun", "--oversubscribe", *shlex.split(line)], folder, during)
