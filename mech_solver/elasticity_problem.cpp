@@ -19,6 +19,9 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
       inertia_(d_n), velocity_(d_n), tangent_(space, 3) {
   make_regions(parameters);
   constrain(parameters);
+  // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
+  const double kappa = std::visit([](const auto &law) { return law.kappa; }, regions_[0].law);
+  negligible_force_ = 1e-5 * kappa * std::pow(space.smallest_cell_size(), 2);
   if (space.has_label("interface"))
     interface_.emplace_back(space, "interface");
   if (!parameters.end_pressure.label.empty())
@@ -246,7 +249,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   r.add(-1.0, load);
   fem::zero_constrained(r, constrained_);
   size.norm = r.l2_norm();
-  size.scale = std::max(size.scale, size.norm);
+  size.scale = std::max({size.scale, size.norm, negligible_force_});
   const bool valid = smallest_J_ > mech::smallest_J && largest_exponent_ < mech::largest_exponent;
   size.valid = dealii::Utilities::MPI::min(valid ? 1 : 0, space_.communicator()) == 1;
   return size;

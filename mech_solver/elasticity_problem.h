@@ -84,6 +84,7 @@ class ElasticityProblem {
   std::vector<FollowerPressure> interface_, end_; ///< one each, or none
   fem::Constraints constrained_;
 
+  double negligible_force_; ///< [N]
   double dt_ = 0;
   fem::Vector inertia_, velocity_;
   double smallest_J_ = 1, largest_exponent_ = 0;
