@@ -1,0 +1,29 @@
+#include "mech_solver/force_generation.h"
+
+namespace heartbus::mech {
+
+ForceGeneration::ForceGeneration(const ActiveParameters &parameters, unsigned n_nodes)
+    : parameters_(parameters), n_nodes_(n_nodes) {
+  if (parameters.model == "none")
+    return;
+  model_ = make_active_model(parameters.model);
+  n_states_ = model_->n_states();
+  const std::vector<double> rest = model_->initial_state();
+  for (unsigned node = 0; node < n_nodes; ++node)
+    s_n_.insert(s_n_.end(), rest.begin(), rest.end());
+  s_ = s_n_;
+}
+
+void ForceGeneration::advance(double dt, const double *calcium, const double *stretch) {
+  s_ = s_n_;
+  for (unsigned node = 0; node < n_nodes_ && model_; ++node)
+    if (calcium[node] >= 0)
+      model_->advance(dt, calcium[node], parameters_.sarcomere_length * stretch[node], &s_[node * n_states_]);
+}
+
+void ForceGeneration::tension(const std::vector<double> &states, double *values) const {
+  for (unsigned node = 0; node < n_nodes_; ++node)
+    values[node] = model_ ? parameters_.tension_max * model_->permissivity(&states[node * n_states_]) : 0.0;
+}
+
+} // namespace heartbus::mech

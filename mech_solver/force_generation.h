@@ -1,0 +1,31 @@
+#pragma once
+
+#include "mech_solver/active/active_model.h"
+#include "mech_solver/parameters.h"
+
+#include <memory>
+#include <vector>
+
+namespace heartbus::mech {
+
+/// Force generation at the owned nodes (paper, section 2.3 and 3.1, step 2): s^{n+1} from s^n, calcium^{n+1} and the
+/// fibre stretch of d^n, sarcomere length SL = SL0 sqrt(I4f); then T = tension_max G(s). With model "none", T = 0.
+class ForceGeneration {
+ public:
+  ForceGeneration(const ActiveParameters &parameters, unsigned n_nodes);
+  /// Nodes with negative calcium have not been told any and keep their state. May be repeated: starts from s^n.
+  void advance(double dt, const double *calcium, const double *stretch);
+  void commit() { s_n_ = s_; }
+  /// T(s^{n+1}) or T(s^n), [node] [Pa].
+  void tension(double *values) const { tension(s_, values); }
+  void old_tension(double *values) const { tension(s_n_, values); }
+
+ private:
+  void tension(const std::vector<double> &states, double *values) const;
+  ActiveParameters parameters_;
+  std::unique_ptr<ActiveModel> model_; ///< null: none
+  unsigned n_nodes_, n_states_ = 0;
+  std::vector<double> s_n_, s_; ///< [node][state]
+};
+
+} // namespace heartbus::mech

@@ -1,0 +1,23 @@
+#include "common/bus/participant.h"
+#include "common/fem/runtime.h"
+#include "common/geometry/shapes.h"
+#include "common/log/log.h"
+#include "common/schema/scene.h"
+#include "mech_solver/mech_solver.h"
+
+using namespace heartbus;
+
+int main(int argc, char **argv) {
+  bus::Participant participant(argc, argv, "mech", "mech_solver");
+  return participant.run([&] {
+    const SceneParameters scene = read_scene(participant.scene_text(), "scene");
+    const fem::Runtime runtime(participant.communicator());
+    const fem::LagrangeSpace space(participant.communicator(), geometry::make_solid(scene.geometry));
+    const fem::Fibres fibres(space, scene.fibres);
+    const auto log = log::open_log(participant.output_folder(), participant.name(),
+                                   dealii::Utilities::MPI::this_mpi_process(participant.communicator()));
+    mech::MechSolver solver(space, fibres, scene.mech, log);
+    solver.write_fields(participant.output_folder() + "/fields", scene.output);
+    participant.serve(solver);
+  });
+}

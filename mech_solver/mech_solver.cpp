@@ -1,0 +1,159 @@
+#include "mech_solver/mech_solver.h"
+
+#include "common/fem/output_mesh.h"
+
+namespace heartbus::mech {
+
+MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters,
+                       std::shared_ptr<spdlog::logger> log)
+    : space_(space), fibres_(fibres), parameters_(parameters), log_(log), problem_(space, fibres, parameters),
+      force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)),
+      stretch_(space.make_vector(1)), calcium_(space.n_owned_nodes(), -1.0) {
+  if (space.has_label("interface")) {
+    const auto on = space.nodes_on("interface");
+    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+      if (on[node])
+        interface_nodes_.push_back(node);
+  }
+  for (auto *field : {&blood_force_, &displacement_, &wall_velocity_, &wall_force_, &blood_force_n_})
+    field->assign(3 * interface_nodes_.size(), 0.0);
+  force_generation_.tension(problem_.tension.begin());
+}
+
+void MechSolver::write_fields(const std::string &folder, const OutputParameters &output) {
+  output_ = output;
+  if (output.every > 0)
+    writer_ = std::make_unique<io::FieldWriter>(space_.communicator(), folder, "mech", fem::output_mesh(space_));
+}
+
+void MechSolver::declare(bus::Declaration &bus) {
+  const double spacing = space_.smallest_cell_size();
+  std::vector<double> tissue, interface;
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
+    tissue.insert(tissue.end(), space_.points()[node].begin(), space_.points()[node].end());
+  for (const unsigned node : interface_nodes_)
+    interface.insert(interface.end(), space_.points()[node].begin(), space_.points()[node].end());
+  bus.point_set("tissue", tissue, spacing);
+  bus.input("calcium", "tissue", 1, "uM", calcium_);
+  if (space_.has_label("interface")) {
+    bus.point_set("interface", interface, spacing);
+    bus.input("blood_force", "interface", 3, "N", blood_force_);
+    bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
+    bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
+    bus.output("wall_force", "interface", 3, "N", "n+1", wall_force_);
+  }
+  bus.task("inflate", [this](const bus::Step &) { inflate(); });
+  bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
+  bus.scalar("solid_iterations", "1", [this] { return double(statistics_.linear_iterations); });
+  bus.scalar("min_J", "1", [this] { return smallest_J(); });
+  bus.scalar("peak_tension", "Pa", [this] { return peak_tension(); });
+}
+
+void MechSolver::inflate() {
+  const fem::Vector tension_at_rest = problem_.tension;
+  statistics_ = {};
+  for (int step = 1; step <= parameters_.inflation_steps; ++step) {
+    const double fraction = double(step) / parameters_.inflation_steps;
+    problem_.interface_pressure = fraction * parameters_.initial_pressure;
+    problem_.end_pressure = fraction * parameters_.end_pressure.at(0);
+    problem_.tension.equ(fraction, tension_at_rest);
+    const auto statistics = problem_.solve_static(d_);
+    statistics_.iterations += statistics.iterations;
+    statistics_.linear_iterations += statistics.linear_iterations;
+  }
+  problem_.interface_pressure = 0; // from now on the blood's force holds it
+  problem_.d_n = d_;
+  problem_.d_nm1 = d_;
+
+  fem::Vector forces = space_.make_vector(3);
+  problem_.solid_forces(d_, forces);
+  to_interface(forces, blood_force_);
+  blood_force_n_ = blood_force_;
+  to_interface(d_, displacement_);
+  wall_velocity_.assign(wall_velocity_.size(), 0.0);
+  wall_force_ = blood_force_;
+  log_->info("inflated to {} Pa in {} load steps: {} Newton iterations, smallest J {:.3f}",
+             parameters_.initial_pressure, parameters_.inflation_steps, statistics_.iterations, smallest_J());
+  if (writer_)
+    write(0);
+}
+
+void MechSolver::prepare_step(const bus::Step &step) {
+  problem_.fibre_stretch(problem_.d_n, stretch_);
+  force_generation_.advance(step.size, calcium_.data(), stretch_.begin());
+  force_generation_.tension(problem_.tension.begin());
+
+  fem::Vector velocity(problem_.d_n);
+  velocity -= problem_.d_nm1;
+  to_interface(velocity, wall_velocity_, 1 / step.size);
+  wall_force_ = blood_force_n_;
+  if (parameters_.active_increment) {
+    fem::Vector change = space_.make_vector(1), forces = space_.make_vector(3);
+    force_generation_.old_tension(change.begin());
+    change.sadd(-1.0, 1.0, problem_.tension);
+    problem_.active_forces(problem_.d_n, change, forces);
+    std::vector<double> increment(wall_force_.size());
+    to_interface(forces, increment);
+    for (std::size_t k = 0; k < increment.size(); ++k)
+      wall_force_[k] += increment[k];
+  }
+}
+
+void MechSolver::solve_step(const bus::Step &step) {
+  for (std::size_t k = 0; k < blood_force_.size(); ++k)
+    problem_.load.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_force_[k];
+  problem_.end_pressure = parameters_.end_pressure.at(step.time);
+  choose_start(step);
+  statistics_ = problem_.solve_dynamic(step.size, d_);
+
+  fem::Vector velocity(d_);
+  velocity -= problem_.d_n;
+  to_interface(velocity, wall_velocity_, 1 / step.size);
+  to_interface(d_, displacement_);
+  wall_force_ = blood_force_;
+}
+
+/// Newton starts from the last iterate, or from 2 d^n - d^{n-1}, or from d^n when that would invert a cell.
+void MechSolver::choose_start(const bus::Step &step) {
+  if (step.iteration > 0)
+    return;
+  d_ = problem_.d_n;
+  d_.sadd(2.0, -1.0, problem_.d_nm1);
+  if (problem_.is_valid(d_))
+    return;
+  d_ = problem_.d_n;
+  if (!problem_.is_valid(d_))
+    problem_.refuse_inverted_cells();
+}
+
+void MechSolver::commit_step(const bus::Step &step) {
+  problem_.d_nm1.swap(problem_.d_n);
+  problem_.d_n = d_;
+  force_generation_.commit();
+  blood_force_n_ = blood_force_;
+  if (writer_ && output_.due(step.number, step.size))
+    write(step.time);
+}
+
+void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values, double factor) const {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] = factor * v.local_element(3 * interface_nodes_[k / 3] + k % 3);
+}
+
+double MechSolver::smallest_J() const {
+  return dealii::Utilities::MPI::min(problem_.smallest_J(), space_.communicator());
+}
+
+double MechSolver::peak_tension() const { return problem_.tension.linfty_norm(); }
+
+void MechSolver::write(double time) {
+  problem_.fibre_stretch(d_, stretch_);
+  writer_->begin(time);
+  writer_->nodal("displacement", 3, d_.begin());
+  writer_->nodal("active_tension", 1, problem_.tension.begin());
+  writer_->nodal("fibre_stretch", 1, stretch_.begin());
+  writer_->nodal("fibres", 3, fibres_.nodal_fibres().data());
+  writer_->end();
+}
+
+} // namespace heartbus::mech

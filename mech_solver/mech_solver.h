@@ -1,0 +1,67 @@
+#pragma once
+
+#include "common/bus/solver.h"
+#include "common/io/field_writer.h"
+#include "common/schema/scene.h"
+#include "mech_solver/elasticity_problem.h"
+#include "mech_solver/force_generation.h"
+
+#include <memory>
+#include <spdlog/logger.h>
+#include <string>
+#include <vector>
+
+namespace heartbus::mech {
+
+/// The heart muscle (paper, sections 2.3 and 2.4; 3.1, steps 2 and 5): active tension from calcium, displacement from
+/// the blood's force, and the Robin datum for the blood. All forces are nodal forces on the solid [N]; with L the blood
+/// force and R_s the residual of the solid on interface nodes, R_s(d^{n+1}, s^{n+1}) = L. The datum of iteration k is
+///
+///     k = 0:  v* = (d^n - d^{n-1})/dt,      W* = R_s(d^n, s^{n+1}) = L^n + int (P_act(d^n, s^{n+1}) - P_act(d^n, s^n))
+///     : grad phi k >= 1: v* = (d_(k) - d^n)/dt,        W* = L_(k)
+///
+/// (the paper prints (d_(k) - d^{n-1})/dt for k >= 1, which has a wrong fixed point). Forces at held degrees of freedom
+/// are zero.
+class MechSolver : public bus::Solver {
+ public:
+  MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters,
+             std::shared_ptr<spdlog::logger> log);
+  /// Writes displacement, tension, stretch and fibres when they are due.
+  void write_fields(const std::string &folder, const OutputParameters &output);
+
+  void declare(bus::Declaration &declaration) override;
+  /// s^{n+1}; then v* and W* of k = 0.
+  void prepare_step(const bus::Step &step) override;
+  /// d^{n+1}; then v* and W* for the next iteration.
+  void solve_step(const bus::Step &step) override;
+  void commit_step(const bus::Step &step) override;
+  /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
+  void inflate();
+
+ private:
+  void choose_start(const bus::Step &step);
+  /// Values of a nodal vector at the interface nodes, times a factor.
+  void to_interface(const fem::Vector &v, std::vector<double> &values, double factor = 1) const;
+  double smallest_J() const;
+  double peak_tension() const;
+  void write(double time);
+
+  const fem::LagrangeSpace &space_;
+  const fem::Fibres &fibres_;
+  Parameters parameters_;
+  std::shared_ptr<spdlog::logger> log_;
+  ElasticityProblem problem_;
+  ForceGeneration force_generation_;
+  fem::Vector d_, stretch_;
+
+  std::vector<unsigned> interface_nodes_; ///< owned
+  // what the bus reads and fills; calcium is negative until it arrives
+  std::vector<double> calcium_, blood_force_, displacement_, wall_velocity_, wall_force_;
+  std::vector<double> blood_force_n_;
+  fem::NewtonStatistics statistics_;
+
+  OutputParameters output_;
+  std::unique_ptr<io::FieldWriter> writer_;
+};
+
+} // namespace heartbus::mech
