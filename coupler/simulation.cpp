@@ -58,6 +58,7 @@ void Simulation::run() {
   collect(runner.start(time.step(0)), time.step(0));
   csv.append(history_);
 
+  seconds_.clear(); // all times below are those of the steps
   const auto begin = std::chrono::steady_clock::now();
   StepLog step_log(log_, time);
   for (int n = 1; n <= time.n_steps(); ++n) {
@@ -80,7 +81,7 @@ Sequence Simulation::meet_participants() {
     expected[name] = {program_name(participant.program), participant.ranks};
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
-  const Sequence sequence =
+  Sequence sequence =
       cast(make_sequence(scene_.coupling.scheme, scene_.coupling.iterations), coordinator_.participants());
   check(sequence, coordinator_.participants());
   log_->info("{}: {}", scene_.name, to_text(sequence));
@@ -132,9 +133,9 @@ void Simulation::write_indicators(double wall_seconds) const {
   for (const auto &[name, report] : last_reports_) {
     cpu += report.cpu_seconds;
     memory += report.peak_memory;
-    double busy = 0;
+    double busy = 0; // without waiting for orders and for others' data
     for (const auto &[work, duration] : seconds_.at(name))
-      busy += work == "idle" ? 0 : duration;
+      busy += work == "idle" || work == "receive" ? 0 : duration;
     result["wall_s_by_part"][name] = busy;
     result["wall_s_by_work"][name] = seconds_.at(name);
   }
