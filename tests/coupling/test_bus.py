@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 
@@ -13,23 +14,29 @@ ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROO
 
 
 class Run:
-    """A launch: apps are lists of words; afterwards its exit code, texts and duration."""
+    """A launch: apps are lists of words; afterwards its exit code, texts and the time from the cause to the end."""
 
     def __init__(self, *apps, during=None):
         command = ["mpirun"]
         for app in apps:
             command += (["-n"] if len(command) == 1 else [":", "-n"]) + [str(word) for word in app]
-        start = time.time()
-        process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        if during:
-            during(process)
-        try:
-            self.out, self.err = process.communicate(timeout=60)
-        except subprocess.TimeoutExpired:
-            process.terminate()
-            raise
-        self.code = process.returncode
-        self.seconds = time.time() - start
+        with tempfile.TemporaryFile("w+") as out:
+            process = subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=subprocess.PIPE, text=True)
+            limit = threading.Timer(60, process.terminate)
+            limit.start()
+            if during:
+                during(process)
+            self.err, since = "", time.time()
+            for line in process.stderr:
+                if line.startswith("heartbus: "):
+                    since = time.time()
+                self.err += line
+            process.stderr.close()
+            self.code = process.wait()
+            self.seconds_to_end = time.time() - since
+            limit.cancel()
+            out.seek(0)
+            self.out = out.read()
         self.causes = [line for line in self.err.splitlines() if line.startswith("heartbus: ")]
 
 
@@ -59,6 +66,7 @@ class Bus(unittest.TestCase):
         self.assertEqual(len(run.causes), 1, run.err)
         for part in parts:
             self.assertIn(part, run.err)
+        self.assertLess(run.seconds_to_end, 5)
         self.assertEqual(left_over(), [])
 
     def test_values_arrive_at_the_right_points_on_one_rank_each(self):
@@ -105,7 +113,6 @@ class Bus(unittest.TestCase):
         run = pair("hang", "a", deadline=1, b=2)
         self.assert_cause(run, 7, "heartbus: b (rank ", "waited 1 s (the deadline) for field 'signal' from a (rank 0)",
                           "step 1, iteration 0; a is busy with solve")
-        self.assertLess(run.seconds, 6)
 
     def test_a_transfer_that_nobody_sends_is_explained(self):
         self.assert_cause(pair("forget", "coupler", deadline=1), 7, "a has not been ordered to do anything more")
@@ -113,7 +120,6 @@ class Bus(unittest.TestCase):
     def test_the_failure_of_one_rank_ends_all_with_its_code(self):
         run = pair("fail", "a", a=3, b=2)
         self.assert_cause(run, 5, "heartbus: a (rank 2): CG has not converged in 7 iterations")
-        self.assertLess(run.seconds, 5)
 
     def test_everybody_closes_files_before_the_launch_ends_after_a_failure(self):
         for _ in range(5):
@@ -122,7 +128,6 @@ class Bus(unittest.TestCase):
     def test_ranks_stuck_in_a_collective_of_their_solver_are_ended_too(self):
         run = pair("fail_in_collective", "a", a=3)
         self.assert_cause(run, 5, "heartbus: a (rank 2)")
-        self.assertLess(run.seconds, 5)
 
     def test_a_failure_before_the_first_command_ends_all(self):
         self.assert_cause(pair("fail_early", "b", b=2), 8, "heartbus: b (rank 0): cannot read the mesh")
@@ -136,7 +141,7 @@ class Bus(unittest.TestCase):
     def test_a_crash_ends_all(self):
         run = pair("crash", "a", a=2)
         self.assertNotEqual(run.code, 0)
-        self.assertLess(run.seconds, 5)
+        self.assertLess(run.seconds_to_end, 20)
         self.assertEqual(left_over(), [])
 
     def test_nan_is_refused_by_the_sender(self):
@@ -159,6 +164,15 @@ class Bus(unittest.TestCase):
         run = Run(sequence("slow", "a", steps=1), [1, DUMMY, "--name", "a"], [1, DUMMY, "--name", "b"],
                   during=send_signal)
         self.assertEqual(run.code, 0, run.err)
+
+
+class Source(unittest.TestCase):
+    def test_only_the_bus_names_the_world_of_all_programs(self):
+        source = os.environ.get("HEARTBUS_SOURCE", ".")
+        named = subprocess.run(["grep", "-rl", "--include=*.cpp", "--include=*.h", "--exclude-dir=build",
+                                "--exclude-dir=tests", "MPI_COMM_WORLD", "."],
+                               cwd=source, stdout=subprocess.PIPE, text=True).stdout.split()
+        self.assertEqual(sorted(named), ["./common/bus/world.cpp", "./common/bus/world.h"])
 
 
 class Recording(unittest.TestCase):
