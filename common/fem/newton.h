@@ -106,8 +106,10 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
     } else if (!fresh) {
       linearise();
       fresh = true;
-    } else
+    } else if (statistics.update > settings.update_tolerance)
       fail("no step along Newton's direction reduces the residual");
+    else
+      break; // the update is negligible: what is left of the residual is rounding
   }
   return statistics;
 }
