@@ -92,6 +92,8 @@ SceneParameters::SceneParameters() {
 
 void SceneParameters::describe(config::Section &s) {
   s.text("scene", name, "name of the scene and of its folder of results");
+  if (name.empty() || name.find_first_of("/ ") != std::string::npos)
+    s.fail("scene", "'" + name + "' cannot name a folder: no slash and no space, please");
   geometry.describe(s.section("geometry", "shape and meshes"));
   fibres.describe(s.section("fibres", "fibre directions in the wall"));
   time.describe(s.section("time", "time steps"));

@@ -56,6 +56,7 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("coupling: {iterations: 2}").find("EFS1 has one iteration"), std::string::npos);
   EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
   EXPECT_NE(complaint("fluid: {initial_pressure: 10 mmHg}").find("start in balance"), std::string::npos);
+  EXPECT_NE(complaint("scene: ../up").find("cannot name a folder"), std::string::npos);
   EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
 }
 

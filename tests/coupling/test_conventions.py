@@ -1,0 +1,37 @@
+"""Rules of the source code that no compiler checks."""
+import os
+import re
+import unittest
+from pathlib import Path
+
+SOURCE = Path(os.environ["HEARTBUS_SOURCE"])
+
+
+def sources(*folders):
+    return [file for folder in folders for pattern in ("*.h", "*.cpp") for file in (SOURCE / folder).rglob(pattern)]
+
+
+def with_pattern(files, pattern):
+    return [str(file.relative_to(SOURCE)) for file in files if re.search(pattern, file.read_text(encoding="utf-8"))]
+
+
+ALL = ("common", "coupler", "ep_solver", "mech_solver", "ale_solver", "fluid_solver", "replay")
+
+
+class Conventions(unittest.TestCase):
+    def test_only_one_class_knows_the_world_of_all_programs(self):
+        users = with_pattern(sources(*ALL), "MPI_COMM_WORLD")
+        self.assertEqual([user for user in users if not user.startswith("common/bus/world.")], [])
+
+    def test_bus_coupler_and_schema_know_no_deal_ii(self):
+        files = sources("common/bus", "common/mapping", "common/config", "common/schema", "common/io", "common/geometry",
+                        "coupler", "replay", "ep_solver/ionic", "mech_solver/constitutive", "mech_solver/active")
+        self.assertEqual(with_pattern(files, r"#include <deal\.II"), [])
+
+    def test_headers_are_included_once(self):
+        headers = [file for file in sources(*ALL) if file.suffix == ".h"]
+        self.assertEqual(sorted(str(f.relative_to(SOURCE)) for f in headers if "#pragma once" not in f.read_text()), [])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
