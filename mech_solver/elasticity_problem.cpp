@@ -82,11 +82,15 @@ fem::NewtonSettings ElasticityProblem::newton_settings() const {
   return settings;
 }
 
-fem::NewtonStatistics ElasticityProblem::solve_dynamic(double dt, fem::Vector &d) {
+void ElasticityProblem::begin_dynamic(double dt) {
   set_mode(dt);
   d_n.update_ghost_values();
   d_nm1.update_ghost_values();
   tension.update_ghost_values();
+}
+
+fem::NewtonStatistics ElasticityProblem::solve_dynamic(double dt, fem::Vector &d) {
+  begin_dynamic(dt);
   return fem::newton("elastodynamics", *this, d, newton_settings());
 }
 
@@ -284,7 +288,8 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
 }
 
 /// Dynamic systems are symmetric (pressures on surfaces whose rim is held have a potential) and dominated by the mass;
-/// static ones are neither well conditioned nor, on the way to equilibrium, positive definite.
+/// static ones are neither well conditioned nor, on the way to equilibrium, positive definite. The preconditioner is
+/// kept for as long as it serves about as well as when it was new.
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
   const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
   if (renewed)
@@ -296,7 +301,7 @@ unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
                                   .iterations;
   if (renewed)
     usual_iterations_ = iterations;
-  preconditioner_is_old_ = !dynamic || iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
+  preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
   return iterations;
 }
 

@@ -32,6 +32,10 @@ class ElasticityProblem {
   /// Solve for d, starting from its value.
   fem::NewtonStatistics solve_dynamic(double dt, fem::Vector &d);
   fem::NewtonStatistics solve_static(fem::Vector &d);
+  /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
+  void begin_dynamic(double dt);
+  fem::NewtonSettings newton_settings() const;
+  double linear_tolerance() const { return solver_.linear_tolerance; }
   /// Whether a displacement may serve as Newton's start: no cell is near inversion. Collective.
   bool is_valid(const fem::Vector &d);
   /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.
@@ -45,6 +49,8 @@ class ElasticityProblem {
   /// Fibre stretch sqrt(I4f) at the nodes, by lumped L2 projection of I4f = |F f0|^2; 1 where nothing contracts.
   void fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const;
   const fem::Constraints &constrained() const { return constrained_; }
+  const fem::LagrangeSpace &space() const { return space_; }
+  const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
@@ -73,7 +79,6 @@ class ElasticityProblem {
   void scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const;
   void add_cells(const fem::Vector &d, fem::Vector &r);
   void note_limits(unsigned batch, const DeformationLimits &limits);
-  fem::NewtonSettings newton_settings() const;
 
   const fem::LagrangeSpace &space_;
   const fem::Fibres &fibres_;

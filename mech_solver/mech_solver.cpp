@@ -102,10 +102,18 @@ void MechSolver::prepare_step(const bus::Step &step) {
 void MechSolver::solve_step(const bus::Step &step) {
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
     problem_.load.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_force_[k];
+  begin_solve(step);
+  end_solve(step, problem_.solve_dynamic(step.size, d_));
+}
+
+fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
   problem_.end_pressure = parameters_.end_pressure.at(step.time);
   choose_start(step);
-  statistics_ = problem_.solve_dynamic(step.size, d_);
+  return d_;
+}
 
+void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics) {
+  statistics_ = statistics;
   fem::Vector velocity(d_);
   velocity -= problem_.d_n;
   to_interface(velocity, wall_velocity_, 1 / step.size);

@@ -38,6 +38,12 @@ class MechSolver : public bus::Solver {
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
 
+  // For those who solve the wall together with something else, solve_step in two parts: the displacement to start from,
+  // which they overwrite with d^{n+1}, and what follows from it.
+  fem::Vector &begin_solve(const bus::Step &step);
+  void end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics);
+  ElasticityProblem &problem() { return problem_; }
+
  private:
   void choose_start(const bus::Step &step);
   /// Values of a nodal vector at the interface nodes, times a factor.

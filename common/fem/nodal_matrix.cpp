@@ -132,13 +132,43 @@ void NodalMatrix::add_diagonal(unsigned local_dof, double value) {
 
 void NodalMatrix::vmult(Vector &y, const Vector &x) const { matrix_.vmult(y, x); }
 
-double NodalMatrix::entry(unsigned local_row, unsigned local_column) const {
-  const auto &crs = matrix_.trilinos_matrix();
-  const int column = crs.ColMap().LID(static_cast<int>(
-      space_.global_node(local_column / components_) * components_ + local_column % components_));
-  const int *first = columns_ + row_begin_[local_row], *last = columns_ + row_begin_[local_row + 1];
+int NodalMatrix::column_of(unsigned local_dof) const {
+  return matrix_.trilinos_matrix().ColMap().LID(
+      static_cast<int>(space_.global_node(local_dof / components_) * components_ + local_dof % components_));
+}
+
+int NodalMatrix::position_of(int row, int column) const {
+  const int *first = columns_ + row_begin_[row], *last = columns_ + row_begin_[row + 1];
   const int *found = std::lower_bound(first, last, column);
-  return found != last && *found == column ? values_[found - columns_] : 0.0;
+  return found != last && *found == column ? int(found - columns_) : -1;
+}
+
+double NodalMatrix::entry(unsigned local_row, unsigned local_column) const {
+  const int position = position_of(local_row, column_of(local_column));
+  return position >= 0 ? values_[position] : 0.0;
+}
+
+void NodalMatrix::add_block(unsigned node, unsigned column_node, const double *block) {
+  const unsigned c = components_;
+  const int column = column_of(column_node * c);
+  for (unsigned i = 0; i < c; ++i)
+    if (const int position = position_of(node * c + i, column); position >= 0)
+      for (unsigned j = 0; j < c; ++j) {
+        const unsigned row_dof = node * c + i, column_dof = column_node * c + j;
+        if (constrained_.empty() || row_dof == column_dof || !(constrained_[row_dof] || constrained_[column_dof]))
+          values_[position + j] += block[i * c + j];
+      }
+}
+
+void NodalMatrix::decouple(const std::vector<std::uint8_t> &dofs) {
+  std::vector<std::uint8_t> column_flags(matrix_.trilinos_matrix().ColMap().NumMyElements(), 0);
+  for (unsigned dof = 0; dof < dofs.size(); ++dof)
+    if (const int column = column_of(dof); dofs[dof] && column >= 0)
+      column_flags[column] = 1;
+  for (int row = 0; row < n_rows_; ++row)
+    for (int k = row_begin_[row]; k < row_begin_[row + 1]; ++k)
+      if (columns_[k] != row && (dofs[row] || column_flags[columns_[k]]))
+        values_[k] = 0;
 }
 
 void NodalMatrix::diagonal(Vector &d) const {

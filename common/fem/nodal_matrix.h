@@ -30,6 +30,10 @@ class NodalMatrix {
   void add_batch(unsigned batch, const Lanes *K);
   /// Adds one block [i][j] between nodes a and b (cell node indices) of a slot.
   void add_block(unsigned slot, unsigned a, unsigned b, const double *block);
+  /// The same between two local nodes, the first of them owned; blocks outside the pattern are left out.
+  void add_block(unsigned node, unsigned column_node, const double *block);
+  /// Reduces rows and columns of these degrees of freedom to the diagonal, after assembly.
+  void decouple(const std::vector<std::uint8_t> &dofs);
   /// Adds to the diagonal entry of a local degree of freedom (ignored when not owned).
   void add_diagonal(unsigned local_dof, double value);
 
@@ -53,6 +57,8 @@ class NodalMatrix {
   const double *values() const { return values_; }
 
  private:
+  int column_of(unsigned local_dof) const; ///< Trilinos' local number
+  int position_of(int row, int column) const; ///< in the value array; -1: outside the pattern
   const LagrangeSpace &space_;
   unsigned components_;
   dealii::TrilinosWrappers::SparseMatrix matrix_;
