@@ -46,7 +46,7 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.input("wall_force", "interface", 3, "N", wall_force_);
   bus.output("blood_force", "interface", 3, "N", "n+1", blood_force_);
   bus.task("start", [this](const bus::Step &) { start(); });
-  bus.task("budget", [this](const bus::Step &) { budget(); });
+  bus.task("budget", [this](const bus::Step &) { budget(on_interface(wall_velocity_)); });
   bus.scalar("volume", "m^3", [this] { return problem_.volume(); });
   bus.scalar("mean_pressure", "Pa", [this] { return problem_.mean_pressure(); });
   if (valves_) {
@@ -97,10 +97,9 @@ void FluidSolver::solve_step(const bus::Step &step) {
     blood_force_[k] = problem_.blood_force().local_element(4 * interface_nodes_[k / 3] + k % 3);
 }
 
-void FluidSolver::budget() {
-  const Vector v = on_interface(wall_velocity_);
-  volume_defect_ = problem_.volume_defect(v);
-  interface_power_ = problem_.blood_force() * problem_.state() - problem_.blood_force() * v;
+void FluidSolver::budget(const Vector &wall_velocity) {
+  volume_defect_ = problem_.volume_defect(wall_velocity);
+  interface_power_ = problem_.blood_force() * problem_.state() - problem_.blood_force() * wall_velocity;
 }
 
 void FluidSolver::commit_step(const bus::Step &step) {

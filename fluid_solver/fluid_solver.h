@@ -30,13 +30,14 @@ class FluidSolver : public bus::Solver {
   void commit_step(const bus::Step &step) override;
 
   const NavierStokesProblem &problem() const { return problem_; }
+  NavierStokesProblem &problem() { return problem_; } ///< for those who solve blood and wall together
   const std::optional<Valves> &valves() const { return valves_; }
+  /// Compares the new velocity with the wall's new velocity (zero off the interface).
+  void budget(const fem::Vector &wall_velocity);
 
  private:
   /// An empty history: the mesh as it comes, blood at rest.
   void start();
-  /// Compares the new velocity with the wall's new velocity.
-  void budget();
   void switch_valves(double time);
   fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
   void write(double time);

@@ -59,7 +59,7 @@ void TimeParameters::describe(config::Section &s) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "E1FS", "electromechanics"}, "coupling scheme");
+  s.choice("scheme", scheme, {"EFS1", "E1FS", "E1FSinf", "electromechanics"}, "coupling scheme");
   s.integer("iterations", iterations, {1, 1000}, "Robin-Neumann iterations of E1FS in each step");
   s.quantity("alpha", alpha, "kg/(m^2 s)", config::positive, "Robin coefficient of the fluid at the interface");
   s.quantity("deadline", deadline, "s", config::positive, "longest time anybody waits for anybody");
@@ -129,9 +129,13 @@ void SceneParameters::check_consistency(config::Section &s) const {
                          config::shortest(time.step) + " s)");
   if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
     s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
+  if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
+    s.fail("participants", "the scheme E1FSinf has 'fsi' in place of 'mech' and 'fluid', and no other scheme has it");
+  if (has("fsi") && !has("ale"))
+    s.fail("participants", "'fsi' needs 'ale', which moves the fluid's mesh");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
-  if (has("mech") && has("fluid") && mech.initial_pressure != fluid.initial_pressure)
+  if ((has("fsi") || (has("mech") && has("fluid"))) && mech.initial_pressure != fluid.initial_pressure)
     s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
     s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");

@@ -22,7 +22,7 @@ struct TimeParameters {
 };
 
 struct CouplingParameters {
-  std::string scheme = "EFS1"; ///< EFS1, E1FS (with `iterations`), electromechanics
+  std::string scheme = "EFS1"; ///< EFS1, E1FS (with `iterations`), E1FSinf, electromechanics
   int iterations = 1;          ///< k of E1FSk
   double alpha = 5000;         ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
   double deadline = 300;       ///< longest wait for anybody [s]
@@ -50,7 +50,7 @@ struct SceneParameters {
   geometry::FibreParameters fibres;
   TimeParameters time;
   CouplingParameters coupling;
-  std::map<std::string, ParticipantParameters> participants; ///< by name: ep, mech, ale, fluid, ...
+  std::map<std::string, ParticipantParameters> participants; ///< by name: ep, mech, ale, fluid, fsi, ...
   ep::Parameters ep;
   mech::Parameters mech;
   ale::Parameters ale;

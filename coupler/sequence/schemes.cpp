@@ -72,6 +72,27 @@ Nodes E1FS(int k) {
   };
 }
 
+// The same with wall and blood in one participant.
+Nodes merged_start() {
+  return {order("fsi", "inflate"), transfer("displacement", "fsi", "ale"), solve("ale"),
+          transfer("mesh_motion", "ale", "fsi"), order("fsi", "start")};
+}
+
+/// E1FS-infinity: the geometry is that of d^n as before, but blood and wall are solved at once.
+Nodes E1FSinf() {
+  return {
+      solve("ep"),
+      transfer("calcium", "ep", "fsi"),
+      transfer("displacement", "fsi", "ale"),
+      solve("ale"),
+      transfer("mesh_motion", "ale", "fsi"),
+      solve("fsi"),
+      commit("ep"),
+      commit("ale"),
+      commit("fsi"),
+  };
+}
+
 /// Contraction without blood: calcium makes the wall contract.
 Nodes electromechanics() {
   return {
@@ -86,6 +107,8 @@ Sequence make_sequence(const std::string &scheme, int iterations) {
     return {scheme, start(), EFS1()};
   if (scheme == "E1FS")
     return {scheme + " with k = " + std::to_string(iterations), start(), E1FS(iterations)};
+  if (scheme == "E1FSinf")
+    return {scheme, merged_start(), E1FSinf()};
   return {scheme, start(), electromechanics()};
 }
 

@@ -27,7 +27,7 @@ struct Sequence {
   Nodes start, step;
 };
 
-/// The scheme of this name: EFS1, E1FS (with so many iterations), electromechanics.
+/// The scheme of this name: EFS1, E1FS (with so many iterations), E1FSinf, electromechanics.
 Sequence make_sequence(const std::string &scheme, int iterations);
 
 /// Without the lines whose participants are absent, and without tasks that a participant does not offer.

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "common/fem/linear_solver.h"
+#include "fluid_solver/navier_stokes_problem.h"
+#include "fsi_solver/merged_space.h"
+#include "mech_solver/elasticity_problem.h"
+
+namespace heartbus::fsi {
+
+/// Blocks between neighbouring interface nodes of a matrix of the solid, carried to the fluid's rows.
+class InterfaceBlocks {
+ public:
+  explicit InterfaceBlocks(const MergedSpace &space);
+  /// fluid += factor * solid between interface nodes; pairs that the fluid's mesh does not join are left out. Collective.
+  void add(double factor, const fem::NodalMatrix &solid, fem::NodalMatrix &fluid) const;
+
+ private:
+  const InterfaceMap &map_;
+  unsigned width_ = 0;                                ///< largest number of neighbours
+  std::vector<std::vector<unsigned>> solid_neighbours_; ///< [owned interface node] local nodes of the solid
+  std::vector<unsigned> fluid_neighbours_;            ///< [owned interface node][width] local nodes of the fluid, or none
+};
+
+/// Block Gauss-Seidel for the merged system [A_f + dt S_GG, S_GI; dt S_IG, S_II] (x_f, d_I), where S is the solid's
+/// tangent, split into interface and rest: first the blood, which carries the wall's interface block as an added mass,
+/// then the wall with the interface where the blood takes it.
+class FsiPreconditioner : public fem::Preconditioner {
+ public:
+  /// The fluid's matrix may change afterwards; so may the solid's, whose present values couple the blocks. Collective.
+  FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface, const fluid::NavierStokesProblem &fluid,
+                    const mech::ElasticityProblem &solid, double dt);
+  void vmult(fem::Vector &y, const fem::Vector &x) const override;
+
+ private:
+  const MergedSpace &space_;
+  const fem::NodalMatrix &tangent_;
+  const fem::Constraints &held_;
+  double dt_;
+  std::unique_ptr<fem::Preconditioner> fluid_, solid_;
+  mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
+};
+
+} // namespace heartbus::fsi

@@ -1,0 +1,115 @@
+#include "fsi_solver/fsi_problem.h"
+
+namespace heartbus::fsi {
+
+using fem::Vector;
+
+namespace {
+
+/// The solid's constraints on the interface, as the fluid numbers its degrees of freedom.
+fem::Constraints held_by_the_wall(const MergedSpace &space, const fem::Constraints &held) {
+  Vector wall = space.solid().make_vector(3), blood = space.fluid().make_vector(4);
+  for (unsigned k = 0; k < wall.locally_owned_size(); ++k)
+    wall.local_element(k) = held[k];
+  space.add_force(wall, blood);
+  blood.update_ghost_values();
+  fem::Constraints constraints(4 * space.fluid().n_local_nodes());
+  for (unsigned k = 0; k < constraints.size(); ++k)
+    constraints[k] = blood.begin()[k] > 0.5;
+  return constraints;
+}
+
+} // namespace
+
+FsiProblem::FsiProblem(fluid::NavierStokesProblem &fluid, mech::ElasticityProblem &solid, double dt)
+    : fluid_(fluid), solid_(solid), dt_(dt), space_(fluid.space(), solid.space()), interface_blocks_(space_),
+      newton_settings_(solid.newton_settings()), x_f_(fluid.space().make_vector(4)), y_f_(x_f_),
+      d_(solid.space().make_vector(3)), y_s_(d_), force_(x_f_) {
+  fluid_.constrain(held_by_the_wall(space_, solid.constrained()));
+}
+
+fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
+  solid_.begin_dynamic(dt_);
+  Vector x = space_.make_vector();
+  space_.clear_wall(d);
+  space_.merge(fluid_.guess(), d, x);
+  const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_);
+  displace(x);
+  d = d_;
+  solid_.residual(d_, y_s_);
+  force_ = 0;
+  space_.add_force(y_s_, force_);
+  fem::zero_constrained(force_, fluid_.constraints());
+  fluid_.accept(x_f_, force_);
+  return statistics;
+}
+
+void FsiProblem::displace(const Vector &x) {
+  space_.split(x, x_f_, d_);
+  space_.move_wall(x_f_, dt_, d_);
+  for (const unsigned node : space_.interface().solid_nodes())
+    for (unsigned i = 0; i < 3; ++i)
+      d_.local_element(3 * node + i) += solid_.d_n.local_element(3 * node + i);
+}
+
+fem::ResidualSize FsiProblem::residual(const Vector &x, Vector &r) {
+  displace(x);
+  fem::ResidualSize size = solid_.residual(d_, y_s_);
+  fluid_.residual(x_f_, y_f_);
+  space_.add_force(y_s_, y_f_);
+  fem::zero_constrained(y_f_, fluid_.constraints());
+  space_.clear_wall(y_s_);
+  space_.merge(y_f_, y_s_, r);
+  size.norm = r.l2_norm();
+  wanted_residual_ = newton_settings_.residual_tolerance * size.scale;
+  return size;
+}
+
+void FsiProblem::linearise(const Vector &x) {
+  displace(x);
+  solid_.linearise(d_);
+}
+
+/// The merged matrix times x: the wall moves with the blood, and its forces on the interface count as the blood's.
+void FsiProblem::apply(Vector &y, const Vector &x) {
+  space_.split(x, x_f_, d_);
+  space_.move_wall(x_f_, dt_, d_);
+  fluid_.apply(y_f_, x_f_);
+  solid_.tangent().vmult(y_s_, d_);
+  space_.add_force(y_s_, y_f_);
+  fem::zero_constrained(y_f_, fluid_.constraints());
+  space_.clear_wall(y_s_);
+  space_.merge(y_f_, y_s_, y);
+}
+
+void FsiProblem::refresh_preconditioner() {
+  const bool aged = last_iterations_ > fresh_iterations_ + fresh_iterations_ / 2 + 3;
+  if (preconditioner_ && !aged && open_orifices_ == fluid_.open_orifices())
+    return;
+  preconditioner_ = std::make_unique<FsiPreconditioner>(space_, interface_blocks_, fluid_, solid_, dt_);
+  open_orifices_ = fluid_.open_orifices();
+  fresh_iterations_ = 0;
+}
+
+unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
+  refresh_preconditioner();
+  Vector b(r);
+  b *= -1;
+  // Beyond what Newton's method wants, the linear residual does not matter.
+  const double tolerance = std::max(solid_.linear_tolerance(), 0.1 * wanted_residual_ / b.l2_norm());
+  last_iterations_ = fem::solve_linear("fluid and structure", "gmres",
+                                       [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, *preconditioner_,
+                                       tolerance)
+                         .iterations;
+  if (fresh_iterations_ == 0)
+    fresh_iterations_ = last_iterations_;
+  return last_iterations_;
+}
+
+double FsiProblem::size(const Vector &dx) {
+  space_.split(dx, x_f_, d_);
+  space_.move_wall(x_f_, dt_, d_);
+  return d_.linfty_norm();
+}
+
+} // namespace heartbus::fsi

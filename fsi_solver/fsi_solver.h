@@ -1,0 +1,31 @@
+#pragma once
+
+#include "fluid_solver/fluid_solver.h"
+#include "fsi_solver/fsi_problem.h"
+#include "mech_solver/mech_solver.h"
+
+namespace heartbus::fsi {
+
+/// Blood and wall as one participant (paper, scheme E1FS-infinity): all that surrounds the solve, from force generation to
+/// valves and pictures, is done by the two solvers of the partitioned schemes; only the solve is the merged one. Takes
+/// calcium and the mesh motion, gives the displacement.
+class FsiSolver : public bus::Solver {
+ public:
+  /// `fluid` is meant to have alpha = 0.
+  FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double dt);
+
+  void declare(bus::Declaration &declaration) override;
+  void prepare_step(const bus::Step &step) override;
+  void solve_step(const bus::Step &step) override;
+  void commit_step(const bus::Step &step) override;
+
+ private:
+  void budget(const fem::Vector &d, double dt);
+
+  mech::MechSolver &mech_;
+  fluid::FluidSolver &fluid_;
+  FsiProblem problem_;
+  fem::NewtonStatistics statistics_;
+};
+
+} // namespace heartbus::fsi
