@@ -1,0 +1,272 @@
+#include "ale_solver/lifting_problem.h"
+#include "common/geometry/shapes.h"
+#include "fluid_test.h"
+#include "fsi_solver/fsi_problem.h"
+#include "mpi_test_main.h"
+
+using namespace heartbus;
+using fem::Vector;
+
+namespace {
+
+constexpr double dt = 2e-4;
+enum class Valve { none, closed, aortic, mitral };
+
+/// What a run is made of: a ventricle whose tension rises or falls, or a piston that is pushed from its far end.
+struct Scene {
+  geometry::Parameters geometry;
+  geometry::FibreParameters fibres;
+  mech::Parameters mech;
+  fluid::Parameters fluid;
+  ale::Parameters ale;
+  Valve valve = Valve::none;
+  double tension = 0, tension_rate = 0; ///< [Pa], [Pa/s]
+
+  Scene() {
+    mech.solver.residual_tolerance = 1e-11;
+    mech.solver.update_tolerance = 1e-9;
+    mech.solver.linear_tolerance = 1e-4;
+    fluid.tolerance = ale.tolerance = 1e-12;
+  }
+};
+
+Scene ventricle(Valve valve, double tension, double tension_rate) {
+  Scene scene;
+  scene.geometry.mesh = "MXS";
+  scene.valve = valve;
+  scene.tension = tension;
+  scene.tension_rate = tension_rate;
+  scene.fluid.valves.aortic_pressure = 1300;
+  scene.fluid.valves.mitral_pressure = 1600;
+  return scene;
+}
+
+Scene piston() {
+  Scene scene;
+  scene.geometry.shape = "piston";
+  scene.geometry.piston.cells_across = 2;
+  scene.geometry.piston.cells_column = scene.geometry.piston.cells_fluid = 3;
+  scene.fibres.rule = "constant";
+  scene.mech.law = "neo_hookean";
+  scene.mech.neo_hookean = {12e3, 50e3};
+  scene.mech.fixed = {};
+  scene.mech.rollers = scene.fluid.slip = scene.ale.slip = {"x_low", "x_high", "y_low", "y_high"};
+  scene.mech.pericardium = {{"z_low"}, 1e4, 0, 2e4, 0};
+  scene.mech.initial_pressure = scene.fluid.initial_pressure = 0;
+  scene.mech.end_pressure = {"z_low", 0, 500, 10 * dt};
+  scene.fluid.no_slip = scene.ale.fixed = {"z_high"};
+  return scene;
+}
+
+/// Blood and wall with their history, solved by whoever: the derived classes say how.
+struct Run {
+  Run(const Scene &scene, double alpha)
+      : scene(scene), cavity(MPI_COMM_WORLD, geometry::make_fluid(scene.geometry)),
+        wall(MPI_COMM_WORLD, geometry::make_solid(scene.geometry)), fibres(wall, scene.fibres),
+        lifting(cavity, scene.ale), map(cavity, wall), fluid(cavity, scene.fluid, alpha, dt),
+        solid(wall, fibres, scene.mech), d(wall.make_vector(3)), motion(cavity.make_vector(3)) {
+    if (scene.valve != Valve::none) {
+      fluid.add_orifice("mitral", scene.fluid.valves.mitral_pressure, 0).open = scene.valve == Valve::mitral;
+      fluid.add_orifice("aortic", scene.fluid.valves.aortic_pressure, 1.3e7).open = scene.valve == Valve::aortic;
+    }
+    set_tension(0);
+    for (int step = 1; step <= 5; ++step) {
+      solid.interface_pressure = step / 5. * scene.mech.initial_pressure;
+      solid.solve_static(d);
+    }
+    solid.interface_pressure = 0;
+    solid.d_n = solid.d_nm1 = d;
+    fluid.start(lifted());
+  }
+  virtual ~Run() = default;
+  virtual void solve() = 0;
+
+  void advance(int n_steps) {
+    for (int step = 1; step <= n_steps; ++step) {
+      set_tension(step * dt);
+      solid.end_pressure = scene.mech.end_pressure.at(step * dt);
+      fluid.prepare(lifted());
+      d.sadd(2, -1, solid.d_nm1);
+      solve();
+      fluid.commit();
+      solid.d_nm1 = solid.d_n;
+      solid.d_n = d;
+    }
+  }
+  void set_tension(double time) { solid.tension = scene.tension + time * scene.tension_rate; }
+  const Vector &lifted() {
+    const Vector on_interface = to_fluid(solid.d_n);
+    for (const unsigned node : map.fluid_nodes())
+      for (unsigned i = 0; i < 3; ++i)
+        motion.local_element(3 * node + i) = on_interface.local_element(4 * node + i);
+    lifting.lift(motion);
+    return motion;
+  }
+  Vector to_fluid(const Vector &v) const {
+    std::vector<double> values;
+    for (const unsigned node : map.solid_nodes())
+      values.insert(values.end(), v.begin() + 3 * node, v.begin() + 3 * node + 3);
+    values = map.to_fluid(values, 3);
+    Vector result = cavity.make_vector(4);
+    for (std::size_t k = 0; k < values.size(); ++k)
+      result.local_element(4 * map.fluid_nodes()[k / 3] + k % 3) = values[k];
+    return result;
+  }
+  Vector to_solid(const Vector &v) const {
+    std::vector<double> values;
+    for (const unsigned node : map.fluid_nodes())
+      values.insert(values.end(), v.begin() + 4 * node, v.begin() + 4 * node + 3);
+    values = map.to_solid(values, 3);
+    Vector result = wall.make_vector(3);
+    for (std::size_t k = 0; k < values.size(); ++k)
+      result.local_element(3 * map.solid_nodes()[k / 3] + k % 3) = values[k];
+    return result;
+  }
+
+  Scene scene;
+  fem::LagrangeSpace cavity, wall;
+  fem::Fibres fibres;
+  ale::LiftingProblem lifting;
+  fsi::InterfaceMap map;
+  fluid::NavierStokesProblem fluid;
+  mech::ElasticityProblem solid;
+  Vector d, motion;
+};
+
+struct Monolithic : Run {
+  explicit Monolithic(const Scene &scene) : Run(scene, 0), problem(fluid, solid, dt) {}
+  void solve() override {
+    const auto statistics = problem.solve_step(d);
+    newton_iterations += statistics.iterations;
+    linear_iterations += statistics.linear_iterations;
+  }
+  fsi::FsiProblem problem;
+  unsigned newton_iterations = 0, linear_iterations = 0;
+};
+
+/// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum alpha (d - d^n)/dt and L -> L, accelerated by the method of
+/// Anderson (doi 10.1145/321296.321305), until the force L on the wall stays.
+struct RobinNeumann : Run {
+  explicit RobinNeumann(const Scene &scene) : Run(scene, 5000), L(cavity.make_vector(4)) {}
+
+  Vector iterate(int iteration) {
+    solid.load = to_solid(L);
+    solid.solve_dynamic(dt, d);
+    Vector v = d;
+    v -= solid.d_n;
+    v *= 1 / dt;
+    fluid.solve(to_fluid(v), L, iteration);
+    return fluid.blood_force();
+  }
+  void solve() override {
+    std::vector<Vector> forces, changes; // g(L) and g(L) - L of the past
+    for (int iteration = 0;; ++iteration) {
+      Vector g = iterate(iteration), f = g;
+      f -= L;
+      if (f.l2_norm() <= 1e-10 * g.l2_norm() + 1e-14)
+        break;
+      ASSERT_LT(iteration, 60) << f.l2_norm() / g.l2_norm();
+      forces.push_back(g);
+      changes.push_back(f);
+      std::vector<Vector> Q, W; // differences, orthogonalised, the latest first
+      for (int k = int(changes.size()) - 2; k >= std::max(0, iteration - 12); --k) {
+        Vector q = changes[k + 1], w = forces[k + 1];
+        q -= changes[k];
+        w -= forces[k];
+        const double norm = q.l2_norm();
+        for (std::size_t j = 0; j < Q.size(); ++j) {
+          const double c = Q[j] * q;
+          q.add(-c, Q[j]);
+          w.add(-c, W[j]);
+        }
+        if (q.l2_norm() < 1e-6 * norm)
+          continue;
+        w *= 1 / q.l2_norm();
+        q *= 1 / q.l2_norm();
+        const double c = q * f;
+        f.add(-c, q);
+        g.add(-c, w);
+        Q.push_back(q);
+        W.push_back(w);
+      }
+      L = g;
+    }
+  }
+  Vector L;
+};
+
+/// The largest values of the velocities and of the pressures of a state [m/s], [Pa].
+std::array<double, 2> largest(const Run &run, const Vector &state) {
+  std::array<double, 2> value{};
+  for (unsigned k = 0; k < state.locally_owned_size(); ++k)
+    value[k % 4 == 3] = std::max(value[k % 4 == 3], std::abs(state.local_element(k)));
+  value[1] *= run.fluid.pressure_scale();
+  for (double &v : value)
+    v = dealii::Utilities::MPI::max(v, MPI_COMM_WORLD);
+  return value;
+}
+
+void expect_the_monolithic_step(const Scene &scene) {
+  Monolithic a(scene);
+  RobinNeumann b(scene);
+  const Vector d_0 = a.d;
+  Vector change = a.fluid.state();
+  b.L = b.fluid.blood_force();
+  a.advance(10);
+  b.advance(10);
+  const double d_change = test::largest_difference(a.d, d_0);
+  Vector difference = a.fluid.state();
+  change -= a.fluid.state();
+  difference -= b.fluid.state();
+  const auto [u_change, p_change] = largest(a, change);
+  const auto [u_error, p_error] = largest(a, difference);
+  EXPECT_GT(d_change, 1e-6);
+  EXPECT_GT(u_change, 1e-3);
+  EXPECT_GT(p_change, 100);
+  EXPECT_LT(test::largest_difference(a.d, b.d), 1e-7 * d_change);
+  EXPECT_LT(u_error, 1e-7 * u_change);
+  EXPECT_LT(p_error, 1e-7 * p_change);
+  std::cout << "d " << d_change << " u " << u_change << " p " << p_change << " errors "
+            << test::largest_difference(a.d, b.d) / d_change << " " << u_error / u_change << " " << p_error / p_change
+            << " its " << a.newton_iterations << " " << a.linear_iterations << std::endl;
+}
+
+} // namespace
+
+TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAPistonEnd) { expect_the_monolithic_step(piston()); }
+
+TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAContractingVentricleEnd) {
+  expect_the_monolithic_step(ventricle(Valve::closed, 1e3, 2e6));
+}
+
+TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAnEjectingVentricleEnd) {
+  expect_the_monolithic_step(ventricle(Valve::aortic, 1e3, 2e6));
+}
+
+TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAFillingVentricleEnd) {
+  expect_the_monolithic_step(ventricle(Valve::mitral, 5e3, -1e6));
+}
+
+TEST(MonolithicStep, ConservesTheVolumeOfAClosedCavity) {
+  Monolithic run(ventricle(Valve::closed, 1e3, 2e6));
+  const double volume = run.fluid.volume();
+  run.advance(20);
+  EXPECT_GT(run.fluid.mean_pressure(), 1500);
+  const double speed = largest(run, run.fluid.state())[0], area = 1e-2;
+  EXPECT_LT(std::abs(run.fluid.volume_defect(run.cavity.make_vector(4))), 1e-9 * speed * area); // of a wall at rest
+  EXPECT_NEAR(run.fluid.volume() / volume, 1, 1e-5); // the geometry is a step behind
+}
+
+TEST(MonolithicStep, BalancesTheForcesOfBloodAndWall) {
+  Monolithic run(ventricle(Valve::aortic, 1e3, 2e6));
+  run.advance(1);
+  run.set_tension(2 * dt);
+  run.fluid.prepare(run.lifted());
+  run.solve();
+  Vector on_blood = run.fluid.reaction(), on_wall = run.wall.make_vector(3); // -a_f, evaluated afresh, and R_s
+  run.solid.residual(run.d, on_wall);
+  EXPECT_LT(test::largest_difference(run.to_solid(on_blood), on_wall), 1e-9 * on_wall.linfty_norm());
+  EXPECT_EQ(test::largest_difference(run.to_fluid(on_wall), run.problem.blood_force()), 0);
+}
+
+int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
