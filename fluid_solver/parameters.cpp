@@ -19,7 +19,9 @@ void Parameters::describe(config::Section &s) {
   s.quantity("valve_blanking", valves.blanking, "s", non_negative, "time after a switch without another one");
   s.quantity("mitral_guard", valves.mitral_guard, "s", non_negative,
              "time from the start during which the mitral valve stays closed");
-  s.number("backflow", backflow, config::between(0, 1), "stabilisation of inflow through open valves; 0: none");
+  s.number("backflow", backflow, config::between(0, 1), 
+           "share of its kinetic energy that inflow through an open valve has to bring along; 1: the pressure outside is "
+           "that of blood at rest, and energy is bounded; 0: inflow is pushed for free");
   s.number("tolerance", tolerance, config::between(1e-14, 1e-2), "of the linear solver, relative to the loads");
   s.choice("preconditioner", preconditioner, {"ilu", "simplec"}, "of the linear solver");
 }

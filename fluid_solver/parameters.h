@@ -15,7 +15,7 @@ struct Parameters {
   double initial_pressure = 1333;  ///< p0 [Pa]
   double aortic_resistance = 1.3e7; ///< R_AV [kg/(s m^4)]
   ValveRules valves;               ///< with p_MV and p_AV0
-  double backflow = 0.2;           ///< beta of the stabilisation of inflow through open boundaries
+  double backflow = 1;             ///< beta of the stabilisation of inflow through open boundaries
   std::vector<std::string> no_slip{"base"}, slip;
   double tolerance = 1e-9; ///< of the linear solver, relative to all loads
   std::string preconditioner = "ilu";
