@@ -16,13 +16,13 @@ struct StimulusSite {
 };
 
 /// The applied current I_app of the monodomain equation: a model of the Purkinje network. The default is three places
-/// of the endocardium of the default ventricle, 35 mm below its base, with the current of the benchmark of Niederer et
-/// al. 2011 (doi 10.1098/rsta.2011.0139): 50000 uA/cm^3 over 1400 /cm and 1 uF/cm^2.
+/// of the endocardium of the default ventricle, so high that apex and base are reached together, with the current of
+/// the benchmark of Niederer et al. 2011 (doi 10.1098/rsta.2011.0139): 50000 uA/cm^3 over 1400 /cm and 1 uF/cm^2.
 struct StimulusParameters {
   double amplitude = 35.714, duration = 3e-3, period = 0.8; ///< [V/s], [s], [s]
-  std::vector<StimulusSite> sites{{"ball", {20.83e-3, 0, -20e-3}, 5e-3},
-                                  {"ball", {-10.41e-3, 18.04e-3, -20e-3}, 5e-3},
-                                  {"ball", {-10.41e-3, -18.04e-3, -20e-3}, 5e-3}};
+  std::vector<StimulusSite> sites{{"ball", {21.43e-3, 0, -14e-3}, 5e-3},
+                                  {"ball", {-10.72e-3, 18.56e-3, -14e-3}, 5e-3},
+                                  {"ball", {-10.72e-3, -18.56e-3, -14e-3}, 5e-3}};
   void describe(config::Section &section);
 };
 
