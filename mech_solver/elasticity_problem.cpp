@@ -66,11 +66,14 @@ void ElasticityProblem::constrain(const Parameters &parameters) {
   tangent_.set_constraints(constrained_);
 }
 
+void ElasticityProblem::forget_tangent() {
+  has_tangent_ = false;
+  preconditioner_is_old_ = true;
+}
+
 void ElasticityProblem::set_mode(double dt) {
-  if (dt != dt_) {
-    has_tangent_ = false;
-    preconditioner_is_old_ = true;
-  }
+  if (dt != dt_)
+    forget_tangent();
   dt_ = dt;
 }
 

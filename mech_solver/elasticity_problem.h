@@ -32,6 +32,8 @@ class ElasticityProblem {
   /// Solve for d, starting from its value.
   fem::NewtonStatistics solve_dynamic(double dt, fem::Vector &d);
   fem::NewtonStatistics solve_static(fem::Vector &d);
+  /// The next solve makes tangent and preconditioner anew.
+  void forget_tangent();
   /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
   void begin_dynamic(double dt);
   fem::NewtonSettings newton_settings() const;

@@ -21,6 +21,12 @@ void ForceGeneration::advance(double dt, const double *calcium, const double *st
       model_->advance(dt, calcium[node], parameters_.sarcomere_length * stretch[node], &s_[node * n_states_]);
 }
 
+void ForceGeneration::visit(io::State &state) {
+  if (model_)
+    state.field("active_states", n_states_, s_n_.data());
+  s_ = s_n_;
+}
+
 void ForceGeneration::tension(const std::vector<double> &states, double *values) const {
   for (unsigned node = 0; node < n_nodes_; ++node)
     values[node] = model_ ? parameters_.tension_max * model_->permissivity(&states[node * n_states_]) : 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/io/state.h"
 #include "mech_solver/active/active_model.h"
 #include "mech_solver/parameters.h"
 
@@ -16,6 +17,8 @@ class ForceGeneration {
   /// Nodes with negative calcium have not been told any and keep their state. May be repeated: starts from s^n.
   void advance(double dt, const double *calcium, const double *stretch);
   void commit() { s_n_ = s_; }
+  /// s^n, to be saved or loaded.
+  void visit(io::State &state);
   /// T(s^{n+1}) or T(s^n), [node] [Pa].
   void tension(double *values) const { tension(s_, values); }
   void old_tension(double *values) const { tension(s_n_, values); }

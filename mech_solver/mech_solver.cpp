@@ -1,6 +1,8 @@
 #include "mech_solver/mech_solver.h"
 
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_points.h"
+#include "common/io/state_file.h"
 
 namespace heartbus::mech {
 
@@ -28,15 +30,10 @@ void MechSolver::write_fields(const std::string &folder, const OutputParameters 
 
 void MechSolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
-  std::vector<double> tissue, interface;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    tissue.insert(tissue.end(), space_.points()[node].begin(), space_.points()[node].end());
-  for (const unsigned node : interface_nodes_)
-    interface.insert(interface.end(), space_.points()[node].begin(), space_.points()[node].end());
-  bus.point_set("tissue", tissue, spacing);
+  bus.point_set("tissue", fem::owned_points(space_), spacing);
   bus.input("calcium", "tissue", 1, "uM", calcium_);
   if (space_.has_label("interface")) {
-    bus.point_set("interface", interface, spacing);
+    bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
     bus.input("blood_force", "interface", 3, "N", blood_force_);
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
     bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
@@ -141,6 +138,37 @@ void MechSolver::commit_step(const bus::Step &step) {
   blood_force_n_ = blood_force_;
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
+}
+
+void MechSolver::visit(io::State &state, const bus::Step &step) {
+  const double spacing = space_.smallest_cell_size();
+  state.points("tissue", fem::owned_points(space_), spacing);
+  state.field("displacement", 3, problem_.d_n.begin());
+  state.field("displacement_before", 3, problem_.d_nm1.begin());
+  force_generation_.visit(state);
+  if (space_.has_label("interface")) {
+    state.points("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    state.field("blood_force", 3, blood_force_n_.data());
+  }
+  double step_size = step.size;
+  state.number("step_size", step_size);
+  if (step_size != step.size) // the velocity is to stay
+    problem_.d_nm1.sadd(step.size / step_size, 1 - step.size / step_size, problem_.d_n);
+}
+
+void MechSolver::save_state(const std::string &folder, const bus::Step &step) {
+  io::save_state(space_.communicator(), folder + "/mech.h5", [&](io::State &state) { visit(state, step); });
+}
+
+void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
+  io::load_state(space_.communicator(), folder + "/mech.h5", [&](io::State &state) { visit(state, step); });
+  force_generation_.tension(problem_.tension.begin());
+  d_ = problem_.d_n;
+  blood_force_ = wall_force_ = blood_force_n_;
+  fem::Vector velocity(d_);
+  velocity -= problem_.d_nm1;
+  to_interface(velocity, wall_velocity_, 1 / step.size);
+  to_interface(d_, displacement_);
 }
 
 void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values, double factor) const {

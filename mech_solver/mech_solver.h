@@ -2,6 +2,7 @@
 
 #include "common/bus/solver.h"
 #include "common/io/field_writer.h"
+#include "common/io/state.h"
 #include "common/schema/scene.h"
 #include "mech_solver/elasticity_problem.h"
 #include "mech_solver/force_generation.h"
@@ -35,6 +36,9 @@ class MechSolver : public bus::Solver {
   /// d^{n+1}; then v* and W* for the next iteration.
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &step) override;
+  void save_state(const std::string &folder, const bus::Step &step) override;
+  void load_state(const std::string &folder, const bus::Step &step) override;
+  void refresh() override { problem_.forget_tangent(); }
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
 
@@ -43,8 +47,11 @@ class MechSolver : public bus::Solver {
   fem::Vector &begin_solve(const bus::Step &step);
   void end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics);
   ElasticityProblem &problem() { return problem_; }
+  /// L^{n+1}, of which only a partitioned scheme that goes on from here takes notice. Before end_solve.
+  void set_blood_force(const fem::Vector &forces) { to_interface(forces, blood_force_); }
 
  private:
+  void visit(io::State &state, const bus::Step &step); ///< d^n, d^{n-1}, s^n, L^n
   void choose_start(const bus::Step &step);
   /// Values of a nodal vector at the interface nodes, times a factor.
   void to_interface(const fem::Vector &v, std::vector<double> &values, double factor = 1) const;

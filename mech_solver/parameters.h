@@ -39,7 +39,7 @@ struct SolverParameters {
   double update_tolerance = 1e-6;   ///< relative to the size of the smallest cell
   double linear_tolerance = 1e-3;
   int max_iterations = 30;
-  std::string preconditioner = "jacobi";
+  std::string preconditioner = "ic";
   void describe(config::Section &section);
 };
 
@@ -54,7 +54,7 @@ struct Parameters {
   PericardiumParameters pericardium;
   std::vector<std::string> fixed{"base"}, rollers;
   double initial_pressure = 1333; ///< [Pa]
-  int inflation_steps = 10;
+  int inflation_steps = 2;
   EndPressureParameters end_pressure;
   bool active_increment = true;
   SolverParameters solver;

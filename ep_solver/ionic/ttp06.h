@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ep_solver/ionic/lanes_math.h"
+#include "common/fem/lanes_math.h"
 
 #include <array>
 
@@ -11,6 +11,10 @@
 /// z, among them R_bar, the fraction of ryanodine receptors that are not inactivated. fCass, a gate, follows Ca_ss, not
 /// v.
 namespace heartbus::ep::ttp06 {
+
+using fem::exp;
+using fem::log;
+using fem::sqrt;
 
 enum State : unsigned { Xr1, Xr2, Xs, m, h, j, d, f, f2, fCass, s, r, Ca_i, Ca_SR, Ca_ss, R_bar, Na_i, K_i, n_states };
 inline constexpr unsigned n_gates = Ca_i;

@@ -18,7 +18,7 @@ HEARTBUS_INLINE T fibre_stretch_squared(const Symmetric<T> &C) {
 
 template <class T>
 HEARTBUS_INLINE T active_stress_ff(const T &tension, const Symmetric<T> &C) {
-  return tension / square_root(fibre_stretch_squared(C));
+  return tension / sqrt(fibre_stretch_squared(C));
 }
 
 /// dS_ff/dE_ff = -T I4f^{-3/2}.

@@ -31,13 +31,13 @@ struct Guccione {
   template <class T>
   HEARTBUS_INLINE T energy(const Mat3<T> &F) const {
     const T J = fem::determinant(F);
-    return 0.5 * c * (exponential(exponent(right_cauchy_green(F))) - 1.0) + 0.5 * kappa * (J - 1.0) * logarithm(J);
+    return 0.5 * c * (exp(exponent(right_cauchy_green(F))) - 1.0) + 0.5 * kappa * (J - 1.0) * log(J);
   }
 
   template <class T>
   HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, Symmetric<T> &S) const {
     Symmetric<T> A;
-    const T factor = c * exponential(exponent(C, A));
+    const T factor = c * exp(exponent(C, A));
     for (unsigned v = 0; v < 6; ++v)
       S[v] = factor * A[v];
     add_volumetric_stress(inverse_symmetric(C, J), J_dU(J), S);
@@ -46,7 +46,7 @@ struct Guccione {
   template <class T>
   HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, Symmetric<T> &S, Tangent<T> &D) const {
     Symmetric<T> A;
-    const T factor = c * exponential(exponent(C, A));
+    const T factor = c * exp(exponent(C, A));
     const Symmetric<double> a = coefficients();
     for (unsigned v = 0; v < 6; ++v) {
       S[v] = factor * A[v];
@@ -78,7 +78,7 @@ struct Guccione {
   /// J U'(J)
   template <class T>
   HEARTBUS_INLINE T J_dU(const T &J) const {
-    return 0.5 * kappa * (J * (logarithm(J) + 1.0) - 1.0);
+    return 0.5 * kappa * (J * (log(J) + 1.0) - 1.0);
   }
 };
 

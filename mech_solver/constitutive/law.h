@@ -1,13 +1,17 @@
 #pragma once
 
+#include "common/fem/lanes_math.h"
 #include "common/fem/small_matrix.h"
 
 #include <array>
 
 namespace heartbus::mech {
 
+using fem::exp;
 using fem::Lanes;
+using fem::log;
 using fem::Mat3;
+using fem::sqrt;
 
 /// A constitutive law is a small struct with pure functions of the deformation, for T = double or fem::Lanes:
 ///
@@ -32,19 +36,6 @@ inline constexpr unsigned pair_row[6] = {0, 1, 2, 0, 0, 1}, pair_column[6] = {0,
 
 /// Trial states beyond these are refused, so that a line search backs off before anything overflows.
 inline constexpr double smallest_J = 0.1, largest_exponent = 30;
-
-HEARTBUS_INLINE double exponential(double x) { return std::exp(x); }
-HEARTBUS_INLINE double logarithm(double x) { return std::log(x); }
-HEARTBUS_INLINE double square_root(double x) { return std::sqrt(x); }
-HEARTBUS_INLINE Lanes exponential(const Lanes &x) {
-  return fem::by_lane(x, [](double v) { return std::exp(v); });
-}
-HEARTBUS_INLINE Lanes logarithm(const Lanes &x) {
-  return fem::by_lane(x, [](double v) { return std::log(v); });
-}
-HEARTBUS_INLINE Lanes square_root(const Lanes &x) {
-  return fem::by_lane(x, [](double v) { return std::sqrt(v); });
-}
 
 /// C = F^T F.
 template <class T>

@@ -22,24 +22,24 @@ struct NeoHookean {
   template <class T>
   HEARTBUS_INLINE T energy(const Mat3<T> &F) const {
     const Symmetric<T> C = right_cauchy_green(F);
-    const T J = fem::determinant(F), log_J = logarithm(J);
-    return 0.5 * mu * (exponential(T(-2.0 / 3.0 * log_J)) * (C[0] + C[1] + C[2]) - 3.0) +
+    const T J = fem::determinant(F), log_J = log(J);
+    return 0.5 * mu * (exp(T(-2.0 / 3.0 * log_J)) * (C[0] + C[1] + C[2]) - 3.0) +
            0.25 * kappa * ((J - 1.0) * (J - 1.0) + log_J * log_J);
   }
 
   template <class T>
   HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, Symmetric<T> &S) const {
-    const T log_J = logarithm(J);
+    const T log_J = log(J);
     add_stress(C, J, log_J, inverse_symmetric(C, J), S);
   }
 
   template <class T>
   HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, Symmetric<T> &S, Tangent<T> &D) const {
-    const T log_J = logarithm(J);
+    const T log_J = log(J);
     const Symmetric<T> C_inverse = inverse_symmetric(C, J);
     add_stress(C, J, log_J, C_inverse, S);
 
-    const T m = mu * exponential(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
+    const T m = mu * exp(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
     for (unsigned v = 0; v < 6; ++v)
       for (unsigned w = 0; w < 6; ++w)
         D[v][w] = (-2.0 / 3.0) * m * ((v < 3 ? 1.0 : 0.0) * C_inverse[w] + (w < 3 ? 1.0 : 0.0) * C_inverse[v]);
@@ -51,7 +51,7 @@ struct NeoHookean {
   template <class T>
   HEARTBUS_INLINE void add_stress(const Symmetric<T> &C, const T &J, const T &log_J, const Symmetric<T> &C_inverse,
                                   Symmetric<T> &S) const {
-    const T m = mu * exponential(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
+    const T m = mu * exp(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
     for (unsigned v = 0; v < 6; ++v)
       S[v] = v < 3 ? m : T{};
     const T J_dU = 0.5 * kappa * (J * (J - 1.0) + log_J);

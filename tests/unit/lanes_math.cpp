@@ -1,4 +1,4 @@
-#include "ep_solver/ionic/lanes_math.h"
+#include "common/fem/lanes_math.h"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@ using fem::n_lanes;
 
 namespace {
 
-HEARTBUS_SIMD void exponential(const Lanes *x, Lanes *y) { *y = ep::exp(*x); }
-HEARTBUS_SIMD void logarithm(const Lanes *x, Lanes *y) { *y = ep::log(*x); }
+HEARTBUS_SIMD void exponential(const Lanes *x, Lanes *y) { *y = fem::exp(*x); }
+HEARTBUS_SIMD void logarithm(const Lanes *x, Lanes *y) { *y = fem::log(*x); }
 
 /// Largest relative difference from the standard function over [low, high].
 template <class Vectorised, class Standard>

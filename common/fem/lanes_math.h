@@ -6,15 +6,14 @@
 #include <cstdint>
 #include <limits>
 
-namespace heartbus::ep {
+namespace heartbus::fem {
 
-/// Elementary functions for `double` (the standard library's) and for `fem::Lanes` (below), under the same names, so
+/// Elementary functions for `double` (the standard library's) and for `Lanes` (below), under the same names, so
 /// that a pointwise model is written once. The vector versions agree with the standard library to a few units in the
 /// last place; tests/unit/lanes_math.cpp measures it.
 namespace lanes_math {
 
-using fem::Lanes;
-typedef std::int64_t Integers __attribute__((vector_size(fem::n_lanes * sizeof(std::int64_t))));
+typedef std::int64_t Integers __attribute__((vector_size(n_lanes * sizeof(std::int64_t))));
 
 HEARTBUS_INLINE Integers bits(const Lanes &x) {
   Integers i;
@@ -41,8 +40,8 @@ inline constexpr double rounding = 0x1.8p52;
 
 /// e^x = 2^n e^r with |r| <= log(2)/2, e^r by its Taylor polynomial of degree 12. x is cut to +-708, where doubles end.
 HEARTBUS_INLINE Lanes exp(Lanes x) {
-  x = x < -708.0 ? fem::lanes(-708.0) : x;
-  x = x > 708.0 ? fem::lanes(708.0) : x;
+  x = x < -708.0 ? lanes(-708.0) : x;
+  x = x > 708.0 ? lanes(708.0) : x;
   const Lanes shifted = x * 0x1.71547652b82fep0 + rounding; // log2(e)
   const Lanes n = shifted - rounding;
   const Lanes r = (x - n * 0x1.62e42fefa3800p-1) - n * 0x1.ef35793c76730p-45; // log(2) in two parts
@@ -53,18 +52,18 @@ HEARTBUS_INLINE Lanes exp(Lanes x) {
 
 /// log x = n log 2 + log m with m in [0.7, 1.4], log m = 2 artanh((m-1)/(m+1)). NaN unless x > 0.
 HEARTBUS_INLINE Lanes log(const Lanes &x) {
-  const Integers sqrt_half = bits(fem::lanes(0x1.6a09e667f3bcdp-1));
+  const Integers sqrt_half = bits(lanes(0x1.6a09e667f3bcdp-1));
   const Integers n = (bits(x) - sqrt_half) >> 52;
   const Lanes m = from_bits(bits(x) - (n << 52));
-  const Lanes n_real = from_bits(n + bits(fem::lanes(rounding))) - rounding;
+  const Lanes n_real = from_bits(n + bits(lanes(rounding))) - rounding;
   const Lanes s = (m - 1.0) / (m + 1.0), s2 = s * s;
   const Lanes p = horner(s2, 1. / 21, 1. / 19, 1. / 17, 1. / 15, 1. / 13, 1. / 11, 1. / 9, 1. / 7, 1. / 5, 1. / 3, 1.);
   const Lanes result = n_real * 0x1.62e42fefa3800p-1 + (2.0 * s * p + n_real * 0x1.ef35793c76730p-45);
-  return x > 0.0 ? result : fem::lanes(std::numeric_limits<double>::quiet_NaN());
+  return x > 0.0 ? result : lanes(std::numeric_limits<double>::quiet_NaN());
 }
 
 HEARTBUS_INLINE Lanes sqrt(const Lanes &x) {
-  return fem::by_lane(x, [](double lane) { return std::sqrt(lane); });
+  return by_lane(x, [](double lane) { return std::sqrt(lane); });
 }
 
 } // namespace lanes_math
@@ -76,4 +75,4 @@ using std::exp;
 using std::log;
 using std::sqrt;
 
-} // namespace heartbus::ep
+} // namespace heartbus::fem
