@@ -67,8 +67,8 @@ void InterfaceBlocks::add(double factor, const fem::NodalMatrix &solid, fem::Nod
 FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface,
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
-    : space_(space), tangent_(solid.tangent()), held_(solid.constrained()), dt_(dt), r_f_(space.fluid().make_vector(4)),
-      z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
+    : space_(space), tangent_(solid.tangent()), held_(solid.constrained()), dt_(dt), wall_(space.solid(), 3),
+      r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
   fem::NodalMatrix blood(space.fluid(), 4);
   blood.set_constraints(fluid.constraints());
   blood.copy_scaled(1, fluid.matrix());
@@ -77,10 +77,9 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
 
   fem::Constraints on_interface(3 * space.solid().n_local_nodes());
   fem::fix_vector(space.solid(), 3, "interface", on_interface);
-  fem::NodalMatrix wall(space.solid(), 3);
-  wall.copy_scaled(1, tangent_);
-  wall.decouple(on_interface);
-  solid_ = fem::make_preconditioner("ic", wall);
+  wall_.copy_scaled(1, tangent_);
+  wall_.decouple(on_interface);
+  solid_ = fem::make_preconditioner("ic", wall_);
 }
 
 void FsiPreconditioner::vmult(fem::Vector &y, const fem::Vector &x) const {

@@ -36,6 +36,7 @@ class FsiPreconditioner : public fem::Preconditioner {
   const fem::NodalMatrix &tangent_;
   const fem::Constraints &held_;
   double dt_;
+  fem::NodalMatrix wall_; ///< the tangent with the interface held; its factors refer to it
   std::unique_ptr<fem::Preconditioner> fluid_, solid_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };

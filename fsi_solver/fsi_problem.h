@@ -24,6 +24,8 @@ class FsiProblem {
   /// The blood's force on the wall, on the fluid's nodes: what the wall's residual asks for.
   const fem::Vector &blood_force() const { return force_; }
   const MergedSpace &space() const { return space_; }
+  /// The next solve makes it anew.
+  void forget_preconditioner() { preconditioner_.reset(); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &x, fem::Vector &r);

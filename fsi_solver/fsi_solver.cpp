@@ -63,6 +63,9 @@ void FsiSolver::prepare_step(const bus::Step &step) {
 void FsiSolver::solve_step(const bus::Step &step) {
   fem::Vector &d = mech_.begin_solve(step);
   statistics_ = problem_.solve_step(d);
+  fem::Vector force(d); // on the wall's nodes
+  problem_.space().move_wall(problem_.blood_force(), 1, force);
+  mech_.set_blood_force(force);
   mech_.end_solve(step, statistics_);
   budget(d, step.size);
 }
@@ -80,6 +83,21 @@ void FsiSolver::budget(const fem::Vector &d, double dt) {
 void FsiSolver::commit_step(const bus::Step &step) {
   mech_.commit_step(step);
   fluid_.commit_step(step);
+}
+
+void FsiSolver::save_state(const std::string &folder, const bus::Step &step) {
+  mech_.save_state(folder, step);
+  fluid_.save_state(folder, step);
+}
+
+void FsiSolver::load_state(const std::string &folder, const bus::Step &step) {
+  mech_.load_state(folder, step);
+  fluid_.load_state(folder, step);
+}
+
+void FsiSolver::refresh() {
+  mech_.refresh();
+  problem_.forget_preconditioner();
 }
 
 } // namespace heartbus::fsi

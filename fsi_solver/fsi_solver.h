@@ -18,6 +18,10 @@ class FsiSolver : public bus::Solver {
   void prepare_step(const bus::Step &step) override;
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &step) override;
+  /// The states of blood and wall are those of the partitioned schemes: each scheme goes on from the other's.
+  void save_state(const std::string &folder, const bus::Step &step) override;
+  void load_state(const std::string &folder, const bus::Step &step) override;
+  void refresh() override;
 
  private:
   void budget(const fem::Vector &d, double dt);

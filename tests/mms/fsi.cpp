@@ -221,14 +221,12 @@ void expect_the_monolithic_step(const Scene &scene) {
   const auto [u_change, p_change] = largest(a, change);
   const auto [u_error, p_error] = largest(a, difference);
   EXPECT_GT(d_change, 1e-6);
-  EXPECT_GT(u_change, 1e-3);
   EXPECT_GT(p_change, 100);
   EXPECT_LT(test::largest_difference(a.d, b.d), 1e-7 * d_change);
-  EXPECT_LT(u_error, 1e-7 * u_change);
+  EXPECT_LT(u_error, 1e-7 * std::max(u_change, d_change / dt / 10)); // a closed piston cannot move its interface
   EXPECT_LT(p_error, 1e-7 * p_change);
-  std::cout << "d " << d_change << " u " << u_change << " p " << p_change << " errors "
-            << test::largest_difference(a.d, b.d) / d_change << " " << u_error / u_change << " " << p_error / p_change
-            << " its " << a.newton_iterations << " " << a.linear_iterations << std::endl;
+  EXPECT_LT(a.newton_iterations, 45u);
+  EXPECT_LT(a.linear_iterations, 450u);
 }
 
 } // namespace
@@ -264,6 +262,7 @@ TEST(MonolithicStep, BalancesTheForcesOfBloodAndWall) {
   run.fluid.prepare(run.lifted());
   run.solve();
   Vector on_blood = run.fluid.reaction(), on_wall = run.wall.make_vector(3); // -a_f, evaluated afresh, and R_s
+  fem::zero_constrained(on_blood, run.fluid.constraints());
   run.solid.residual(run.d, on_wall);
   EXPECT_LT(test::largest_difference(run.to_solid(on_blood), on_wall), 1e-9 * on_wall.linfty_norm());
   EXPECT_EQ(test::largest_difference(run.to_fluid(on_wall), run.problem.blood_force()), 0);
