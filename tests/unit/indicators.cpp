@@ -77,10 +77,9 @@ TEST(Indicators, RelaxationBeforeEjectionDoesNotCount) {
 TEST(History, TheFileKeepsEveryBitAndNamesStatesAndUnits) {
   const auto file = std::filesystem::temp_directory_path() / ("heartbus_history_" + std::to_string(getpid()) + ".csv");
   History history = heartbeat();
+  history.rows.clear();
   HistoryFile csv(file.string(), history);
-  history.rows.resize(1);
-  history.rows[0][2] = 0.00012;
-  history.rows[0][3] = 1.0 / 3;
+  history.rows.push_back({0, 0, 0.00012, 1.0 / 3, 0, std::nan("")});
   csv.append(history);
   std::ifstream in(file);
   std::string header, row;

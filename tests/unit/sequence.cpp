@@ -97,6 +97,8 @@ TEST(Sequence, EveryTransferIsSentOnceAndReceivedOnce) {
 TEST(Sequence, AllSchemesPassTheChecksWithTheirParticipants) {
   EXPECT_EQ(complaint(scheme("EFS1"), heart()), "");
   EXPECT_EQ(complaint(scheme("E1FS", 4), heart()), "");
+  const auto fsi = participant("fsi", {"displacement"}, {"calcium", "mesh_motion"}, {"inflate", "start"});
+  EXPECT_EQ(complaint(scheme("E1FSinf"), {heart()[0], heart()[2], fsi}), "");
   EXPECT_EQ(complaint(scheme("electromechanics"), without(without(heart(), "ale"), "fluid")), "");
 }
 
