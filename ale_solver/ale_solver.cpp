@@ -3,7 +3,7 @@
 namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)),
+    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), motion_n_(motion_), motion_nm1_(motion_),
       mesh_motion_(3 * space.n_owned_nodes()) {
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
@@ -24,6 +24,20 @@ void ALESolver::declare(bus::Declaration &bus) {
   bus.input("displacement", "interface", 3, "m", displacement_);
   bus.output("mesh_motion", "cavity", 3, "m", "n+1", mesh_motion_);
   bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
+}
+
+/// First guess: 2 d^n - d^{n-1}.
+void ALESolver::prepare_step(const bus::Step &) {
+  if (!has_history_)
+    return;
+  motion_ = motion_n_;
+  motion_.sadd(2., -1., motion_nm1_);
+}
+
+void ALESolver::commit_step(const bus::Step &) {
+  motion_nm1_ = has_history_ ? motion_n_ : motion_;
+  motion_n_ = motion_;
+  has_history_ = true;
 }
 
 void ALESolver::solve_step(const bus::Step &) {

@@ -7,22 +7,23 @@
 
 namespace heartbus::ale {
 
-/// Motion of the fluid's mesh (paper, section 2.4 and 3.1, step 3): lifts the wall's displacement. It has no history but
-/// the last motion, from which the linear solver starts.
+/// Motion of the fluid's mesh (paper, section 2.4 and 3.1, step 3): lifts the wall's displacement. The history serves
+/// nothing but the linear solver's first guess.
 class ALESolver : public bus::Solver {
  public:
   ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters);
 
   void declare(bus::Declaration &declaration) override;
-  void prepare_step(const bus::Step &) override {}
+  void prepare_step(const bus::Step &) override;
   void solve_step(const bus::Step &) override;
-  void commit_step(const bus::Step &) override {}
+  void commit_step(const bus::Step &) override;
 
  private:
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
-  fem::Vector motion_;
-  std::vector<unsigned> interface_nodes_;         ///< owned
+  fem::Vector motion_, motion_n_, motion_nm1_;
+  bool has_history_ = false;
+  std::vector<unsigned> interface_nodes_;          ///< owned
   std::vector<double> displacement_, mesh_motion_; ///< what the bus fills and reads
   unsigned iterations_ = 0;
 };

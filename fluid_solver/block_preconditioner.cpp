@@ -37,7 +37,7 @@ struct Simplec::Blocks {
 
   Epetra_MpiComm communicator;
   Epetra_Map velocity, pressure;
-  Epetra_CrsMatrix F, G, B, C;
+  Epetra_CrsMatrix F, G, B, C, S; // S stays: the multigrid cycle works on it
   Epetra_Vector inverse_D;
   dealii::TrilinosWrappers::PreconditionAMG schur_amg;
 };
@@ -45,7 +45,7 @@ struct Simplec::Blocks {
 Simplec::Blocks::Blocks(const fem::NodalMatrix &A)
     : communicator(A.space().communicator()), velocity(-1, int(3 * A.space().n_owned_nodes()), 0, communicator),
       pressure(-1, int(A.space().n_owned_nodes()), 0, communicator), F(Copy, velocity, 0), G(Copy, velocity, 0),
-      B(Copy, pressure, 0), C(Copy, pressure, 0), inverse_D(velocity) {
+      B(Copy, pressure, 0), C(Copy, pressure, 0), S(Copy, pressure, 0), inverse_D(velocity) {
   split(A);
   form_schur_complement();
 }
@@ -78,14 +78,14 @@ void Simplec::Blocks::split(const fem::NodalMatrix &A) {
 }
 
 void Simplec::Blocks::form_schur_complement() {
-  Epetra_CrsMatrix scaled_G(G), product(Copy, pressure, 0);
+  Epetra_CrsMatrix scaled_G(G);
   scaled_G.LeftScale(inverse_D);
-  EpetraExt::MatrixMatrix::Multiply(B, false, scaled_G, false, product);
-  EpetraExt::MatrixMatrix::Add(C, false, 1., product, -1.); // S = C - B D^-1 G, on the product's wider pattern
+  EpetraExt::MatrixMatrix::Multiply(B, false, scaled_G, false, S);
+  EpetraExt::MatrixMatrix::Add(C, false, 1., S, -1.); // C - B D^-1 G, on the product's wider pattern
   dealii::TrilinosWrappers::PreconditionAMG::AdditionalData data;
   data.elliptic = true;
   data.aggregation_threshold = 1e-3;
-  schur_amg.initialize(product, data);
+  schur_amg.initialize(S, data);
 }
 
 /// Chebyshev's iteration on D^-1 F (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1), whose spectrum the

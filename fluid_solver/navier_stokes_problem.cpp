@@ -1,6 +1,7 @@
 #include "fluid_solver/navier_stokes_problem.h"
 
 #include "common/bus/failure.h"
+#include "fluid_solver/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
 namespace heartbus::fluid {
@@ -219,7 +220,7 @@ void NavierStokesProblem::refresh_preconditioner() {
   if (parameters_.preconditioner == "simplec")
     preconditioner_ = std::make_unique<Simplec>(A_);
   else
-    preconditioner_ = fem::make_preconditioner(parameters_.preconditioner, A_);
+    preconditioner_ = std::make_unique<BlockILU>(A_);
   fresh_iterations_ = 0;
 }
 

@@ -1,0 +1,171 @@
+#include "fluid_solver/fluid_solver.h"
+#include "ale_solver/ale_solver.h"
+#include "common/geometry/shapes.h"
+#include "fluid_test.h"
+#include "mpi_test_main.h"
+
+#include <map>
+#include <spdlog/sinks/ostream_sink.h>
+#include <sstream>
+
+using namespace heartbus;
+using namespace heartbus::test;
+
+namespace {
+
+/// A bus for one: keeps what a solver declares.
+struct LonelyBus : bus::Declaration {
+  std::map<std::string, std::vector<double>> points;
+  std::map<std::string, const std::vector<double> *> outputs;
+  std::map<std::string, std::vector<double> *> inputs;
+  std::map<std::string, std::function<void(const bus::Step &)>> tasks;
+  std::map<std::string, std::function<double()>> scalars;
+  std::map<std::string, std::function<int()>> states;
+
+  void point_set(const std::string &name, const std::vector<double> &coordinates, double) override {
+    points[name] = coordinates;
+  }
+  void output(const std::string &name, const std::string &, unsigned, const std::string &, const std::string &,
+              const std::vector<double> &values) override {
+    outputs[name] = &values;
+  }
+  void input(const std::string &name, const std::string &, unsigned, const std::string &,
+             std::vector<double> &values) override {
+    inputs[name] = &values;
+  }
+  void task(const std::string &name, std::function<void(const bus::Step &)> action) override { tasks[name] = action; }
+  void scalar(const std::string &name, const std::string &, std::function<double()> value) override {
+    scalars[name] = value;
+  }
+  void state(const std::string &name, const std::vector<std::string> &, std::function<int()> value) override {
+    states[name] = value;
+  }
+};
+
+/// A small ventricle whose wall does as it is told: it does not move and presses with a given pressure.
+struct Ventricle {
+  static geometry::Parameters shape() {
+    geometry::Parameters parameters;
+    parameters.mesh = "MXS";
+    return parameters;
+  }
+  std::ostringstream text;
+  fem::LagrangeSpace space{MPI_COMM_WORLD, geometry::make_fluid(shape())};
+  fluid::FluidSolver solver;
+  LonelyBus bus;
+  bus::Step step{0, 0, 0, 2e-4};
+
+  Ventricle()
+      : solver(space, fluid::Parameters{}, 5000, 2e-4,
+               std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text))) {
+    solver.declare(bus);
+    bus.tasks.at("start")(step);
+  }
+  std::vector<double> force_of(double p) const {
+    const fem::Vector force = interface_force(space, zero, pressure(p));
+    const auto on = space.nodes_on("interface");
+    std::vector<double> values;
+    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+      for (unsigned i = 0; on[node] && i < 3; ++i)
+        values.push_back(force.local_element(4 * node + i));
+    return values;
+  }
+  void advance(double p, int iterations = 1) {
+    ++step.number;
+    step.time = step.number * step.size;
+    solver.prepare_step(step);
+    *bus.inputs.at("wall_force") = force_of(p);
+    for (step.iteration = 0; step.iteration < iterations; ++step.iteration)
+      solver.solve_step(step);
+    bus.tasks.at("budget")(step);
+    solver.commit_step(step);
+  }
+  double value(const std::string &scalar) const { return bus.scalars.at(scalar)(); }
+};
+
+} // namespace
+
+TEST(FluidSolver, DeclaresWhatTheOthersExpect) {
+  Ventricle lv;
+  EXPECT_EQ(lv.bus.points.at("cavity").size(), lv.bus.inputs.at("mesh_motion")->size());
+  EXPECT_EQ(lv.bus.points.at("interface").size(), lv.bus.inputs.at("wall_velocity")->size());
+  EXPECT_EQ(lv.bus.points.at("interface").size(), lv.bus.inputs.at("wall_force")->size());
+  EXPECT_EQ(lv.bus.points.at("interface").size(), lv.bus.outputs.at("blood_force")->size());
+  EXPECT_NEAR(lv.value("mean_pressure"), 1333, 1e-6);
+  EXPECT_NEAR(lv.value("volume"), 83e-6, 8e-6);
+}
+
+TEST(FluidSolver, OpensTheAorticValveUnderPressureAndClosesItWhenTheFlowReverses) {
+  Ventricle lv;
+  const double dt = lv.step.size;
+  int opened = 0;
+  for (int n = 1; n <= 60 && !opened; ++n) {
+    lv.advance(1333 + n * 400);
+    if (lv.bus.states.at("phase")() == fluid::Valves::ejection)
+      opened = n;
+    else
+      EXPECT_EQ(lv.value("aortic_flow"), 0);
+  }
+  ASSERT_GT(opened * dt, 5e-3); // not within the blanking time
+  EXPECT_GT(lv.value("aortic_flow"), 0);
+  for (int n = 0; n < 30; ++n)
+    lv.advance(12000);
+  EXPECT_GT(lv.value("aortic_flow"), 1e-5);
+  EXPECT_GT(lv.value("mean_pressure"), 9000);
+  for (int n = 0; n < 400 && lv.bus.states.at("phase")() == fluid::Valves::ejection; ++n)
+    lv.advance(6000);
+  EXPECT_EQ(lv.bus.states.at("phase")(), fluid::Valves::isovolumetric_relaxation);
+  EXPECT_EQ(lv.value("aortic_flow"), 0);
+  EXPECT_NE(lv.text.str().find("aortic valve opens: pressure"), std::string::npos);
+  EXPECT_NE(lv.text.str().find("aortic valve closes: its flow"), std::string::npos);
+}
+
+TEST(FluidSolver, BudgetIsTheFlowThroughTheValveWhenTheWallIsAtRest) {
+  Ventricle lv;
+  for (int n = 0; n < 45; ++n)
+    lv.advance(9500);
+  ASSERT_EQ(lv.bus.states.at("phase")(), fluid::Valves::ejection);
+  EXPECT_NEAR(lv.value("volume_defect"), -lv.value("aortic_flow"), 1e-6 * lv.value("aortic_flow"));
+  EXPECT_LT(lv.value("interface_power"), 0); // the pressure pushes outwards, the blood leaves the wall inwards
+}
+
+TEST(FluidSolver, IterationsOfAStepEndWhereTheFirstOneDidForTheSameData) {
+  Ventricle once, twice;
+  for (int n = 0; n < 3; ++n) {
+    once.advance(2000);
+    twice.advance(2000, 2);
+  }
+  const auto &a = *once.bus.outputs.at("blood_force"), &b = *twice.bus.outputs.at("blood_force");
+  for (std::size_t k = 0; k < a.size(); ++k)
+    EXPECT_NEAR(a[k], b[k], 1e-7);
+}
+
+TEST(ALESolver, LiftsWhatTheBusBringsAndGuessesWellFromItsHistory) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_fluid(Ventricle::shape()));
+  ale::ALESolver solver(space, ale::Parameters{});
+  LonelyBus bus;
+  solver.declare(bus);
+  const auto &points = bus.points.at("interface");
+  auto &displacement = *bus.inputs.at("displacement");
+  double first = 0;
+  bus::Step step{0, 0, 0, 1e-3};
+  for (step.number = 1; step.number <= 4; ++step.number) {
+    for (std::size_t k = 0; k < points.size(); ++k) // inwards, zero at the base
+      displacement[k] = k % 3 == 2 ? 0 : -0.01 * step.number * points[k] * (15e-3 - points[k / 3 * 3 + 2]) / 77e-3;
+    solver.prepare_step(step);
+    solver.solve_step(step);
+    solver.commit_step(step);
+    if (step.number == 1)
+      first = bus.scalars.at("lifting_iterations")();
+  }
+  EXPECT_GT(first, 0);
+  EXPECT_LE(bus.scalars.at("lifting_iterations")(), 3); // a motion at constant speed is guessed
+  const auto &motion = *bus.outputs.at("mesh_motion"), &cavity = bus.points.at("cavity");
+  ASSERT_EQ(motion.size(), cavity.size());
+  double outwards = 0;
+  for (std::size_t k = 0; k < motion.size(); ++k)
+    outwards += k % 3 == 2 ? 0 : motion[k] * cavity[k];
+  EXPECT_LT(sum(outwards), 0);
+}
+
+int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
