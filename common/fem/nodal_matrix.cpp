@@ -1,6 +1,7 @@
 #include "common/fem/nodal_matrix.h"
 
 #include "common/bus/failure.h"
+#include "common/fem/block_product_kernel.h"
 
 #include <deal.II/lac/trilinos_sparsity_pattern.h>
 
@@ -60,6 +61,7 @@ NodalMatrix::NodalMatrix(const LagrangeSpace &space, unsigned components) : spac
       }
     }
   slot_constrained_.assign(space.n_slots(), 0);
+  collect_blocks();
 }
 
 void NodalMatrix::set_constraints(const std::vector<std::uint8_t> &constrained) {
@@ -130,7 +132,26 @@ void NodalMatrix::add_diagonal(unsigned local_dof, double value) {
   values_[std::lower_bound(first, last, int(local_dof)) - columns_] += value;
 }
 
-void NodalMatrix::vmult(Vector &y, const Vector &x) const { matrix_.vmult(y, x); }
+void NodalMatrix::vmult(Vector &y, const Vector &x) const {
+  const bool had_ghosts = x.has_ghost_elements();
+  x.update_ghost_values();
+  multiply({components_, n_rows_ / int(components_), row_begin_, values_, block_begin_.data(), block_columns_.data()},
+           x.begin(), y.begin());
+  if (!had_ghosts)
+    x.zero_out_ghost_values(); // else deal.II would update them after each change of x
+}
+
+/// Trilinos numbers ghost columns its own way; the product reads them where deal.II's vectors have them.
+void NodalMatrix::collect_blocks() {
+  const Epetra_BlockMap &columns = matrix_.trilinos_matrix().ColMap();
+  const auto partitioner = space_.partitioner(1);
+  block_begin_.push_back(0);
+  for (int row = 0; row < n_rows_; row += components_) {
+    for (int k = row_begin_[row]; k < row_begin_[row + 1]; k += components_)
+      block_columns_.push_back(int(partitioner->global_to_local(columns.GID(columns_[k]) / components_)));
+    block_begin_.push_back(int(block_columns_.size()));
+  }
+}
 
 int NodalMatrix::column_of(unsigned local_dof) const {
   return matrix_.trilinos_matrix().ColMap().LID(

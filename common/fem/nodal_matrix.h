@@ -59,12 +59,14 @@ class NodalMatrix {
  private:
   int column_of(unsigned local_dof) const; ///< Trilinos' local number
   int position_of(int row, int column) const; ///< in the value array; -1: outside the pattern
+  void collect_blocks();
   const LagrangeSpace &space_;
   unsigned components_;
   dealii::TrilinosWrappers::SparseMatrix matrix_;
   int n_rows_ = 0;
   int *row_begin_ = nullptr, *columns_ = nullptr;
   double *values_ = nullptr;
+  std::vector<int> block_begin_, block_columns_; ///< blocks of each owned node, by the local node of their column
   std::vector<int> positions_;            ///< [slot][a][b] offset of the block within the first row of a; -1: not owned
   std::vector<std::uint8_t> constrained_; ///< [local dof], empty: none
   std::vector<std::uint8_t> slot_constrained_;

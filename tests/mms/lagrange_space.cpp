@@ -119,6 +119,24 @@ TEST(NodalMatrix, RowsAreCompleteWithoutCommunication) {
   EXPECT_LT(y.linfty_norm(), 1e-13);
 }
 
+TEST(NodalMatrix, MultipliesAsTrilinosDoes) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
+  for (const unsigned c : {1u, 3u, 4u}) {
+    fem::NodalMatrix A(space, c);
+    for (int row = 0; row < A.n_rows(); ++row)
+      for (int k = A.row_begin()[row]; k < A.row_begin()[row + 1]; ++k)
+        A.values()[k] = std::sin(1. + row + 3. * k);
+    fem::Vector x = space.make_vector(c), y = x, z = x;
+    for (unsigned k = 0; k < x.locally_owned_size(); ++k)
+      x.local_element(k) = std::cos(1. + k);
+    A.vmult(y, x);
+    EXPECT_FALSE(x.has_ghost_elements());
+    A.trilinos().vmult(z, x);
+    z -= y;
+    EXPECT_LT(z.linfty_norm(), 1e-12 * y.linfty_norm());
+  }
+}
+
 TEST(LagrangeSpace, PoissonConvergesWithOrderTwoOnHexahedra) {
   const auto box = geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4});
   const double coarse = poisson_error(box, 0, 1), fine = poisson_error(box, 1, 1);

@@ -1,0 +1,18 @@
+#pragma once
+
+namespace heartbus::fem {
+
+/// A sparse matrix of dense b x b blocks as Trilinos stores it, row after row: the b rows of node i start at
+/// row_begin[b*i], ..., have one pattern, and hold the blocks [block_begin[i], block_begin[i + 1]) side by side.
+struct BlockRows {
+  unsigned b;
+  int n_nodes;
+  const int *row_begin;
+  const double *values;
+  const int *block_begin, *block_columns; ///< node of each block, in the numbering of x
+};
+
+/// y = A x. One index a block instead of one an entry, and vector arithmetic: several times as fast as Epetra's product.
+void multiply(const BlockRows &A, const double *x, double *y);
+
+} // namespace heartbus::fem
