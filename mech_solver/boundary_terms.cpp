@@ -83,6 +83,24 @@ void FollowerPressure::add_force(double pressure, const fem::Vector &d, fem::Vec
     }
 }
 
+void FollowerPressure::apply_mass(const fem::Vector &d, const fem::Vector &x, fem::Vector &y) const {
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned q = 0; q < faces_.n_q; ++q) {
+      const unsigned fq = f * faces_.n_q + q, *nodes = space_.cell_nodes(faces_.slots[f]);
+      const Vec3<double> N = {faces_.normals[3 * fq], faces_.normals[3 * fq + 1], faces_.normals[3 * fq + 2]};
+      const Vec3<double> area = fem::cofactor(deformation(f, q, d)) * N;
+      const double weight = faces_.JxW[fq] * std::sqrt(fem::dot(area, area));
+      const double *shapes = &faces_.shapes[fq * faces_.nodes_per_cell];
+      Vec3<double> value{};
+      for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
+        for (unsigned i = 0; i < 3; ++i)
+          value[i] += shapes[a] * x.begin()[nodes[a] * 3 + i];
+      for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
+        for (unsigned i = 0; i < 3; ++i)
+          y.begin()[nodes[a] * 3 + i] += weight * shapes[a] * value[i];
+    }
+}
+
 void FollowerPressure::add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     add_face_tangent(f, pressure, d, K);

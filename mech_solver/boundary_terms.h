@@ -37,6 +37,8 @@ class FollowerPressure {
   /// r += pressure * int J F^{-T} N . phi (an inner force: the load with its sign turned). Ghosts of d up to date.
   void add_force(double pressure, const fem::Vector &d, fem::Vector &r) const;
   void add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+  /// y += int x . phi over the moved area. Ghosts of d and x up to date.
+  void apply_mass(const fem::Vector &d, const fem::Vector &x, fem::Vector &y) const;
 
  private:
   Mat3<double> deformation(unsigned f, unsigned q, const fem::Vector &d) const;

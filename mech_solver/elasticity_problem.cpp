@@ -147,6 +147,15 @@ void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &t
   fem::zero_constrained(r, constrained_);
 }
 
+fem::Vector ElasticityProblem::unit_pressure_force() const {
+  fem::Vector b = space_.make_vector(3);
+  for (const auto &surface : interface_)
+    surface.add_force(1, d_n, b);
+  b.zero_out_ghost_values();
+  fem::zero_constrained(b, constrained_);
+  return b;
+}
+
 void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const {
   d.update_ghost_values();
   fem::Vector weight(stretch);
@@ -288,6 +297,7 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
     if (end_pressure != 0)
       surface.add_tangent(end_pressure, d, tangent_);
   has_tangent_ = true;
+  ++n_tangents_;
 }
 
 /// Dynamic systems are symmetric (pressures on surfaces whose rim is held have a potential) and dominated by the mass;

@@ -50,6 +50,8 @@ class ElasticityProblem {
   void active_forces(const fem::Vector &d, const fem::Vector &tension_change, fem::Vector &r) const;
   /// Fibre stretch sqrt(I4f) at the nodes, by lumped L2 projection of I4f = |F f0|^2; 1 where nothing contracts.
   void fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const;
+  /// Of the interface as d^n moves it, on the blood: the solid's own boundary term, free degrees of freedom only.
+  fem::Vector unit_pressure_force() const;
   const fem::Constraints &constrained() const { return constrained_; }
   const fem::LagrangeSpace &space() const { return space_; }
   const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`
@@ -57,6 +59,7 @@ class ElasticityProblem {
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
   bool has_tangent() const { return has_tangent_; }
+  unsigned n_tangents() const { return n_tangents_; } ///< so far: tells whether there is a new one
   void linearise(const fem::Vector &d);
   unsigned solve(fem::Vector &dx, const fem::Vector &r);
   double size(const fem::Vector &dx) const { return dx.linfty_norm(); }
@@ -99,6 +102,7 @@ class ElasticityProblem {
 
   fem::NodalMatrix tangent_;
   bool has_tangent_ = false;
+  unsigned n_tangents_ = 0;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned usual_iterations_ = 0; ///< of the linear solver with a new preconditioner
   bool preconditioner_is_old_ = true;

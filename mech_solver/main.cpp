@@ -18,6 +18,7 @@ int main(int argc, char **argv) {
                                    dealii::Utilities::MPI::this_mpi_process(participant.communicator()));
     mech::MechSolver solver(space, fibres, scene.mech, log);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
+    solver.couple(scene.coupling);
     participant.serve(solver);
   });
 }

@@ -28,6 +28,17 @@ void MechSolver::write_fields(const std::string &folder, const OutputParameters 
     writer_ = std::make_unique<io::FieldWriter>(space_.communicator(), folder, "mech", fem::output_mesh(space_));
 }
 
+void MechSolver::couple(const CouplingParameters &coupling) {
+  coupling_ = coupling;
+  if (!space_.has_label("interface"))
+    return;
+  impedance_.emplace(problem_);
+  alpha_limit_.resize(interface_nodes_.size());
+  pressure_correction_ = alpha_limit_;
+  blood_velocity_.resize(3 * interface_nodes_.size());
+  unit_pressure_force_ = blood_velocity_;
+}
+
 void MechSolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
   bus.point_set("tissue", fem::owned_points(space_), spacing);
@@ -38,6 +49,16 @@ void MechSolver::declare(bus::Declaration &bus) {
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
     bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
     bus.output("wall_force", "interface", 3, "N", "n+1", wall_force_);
+  }
+  if (impedance_) {
+    bus.output("alpha_limit", "interface", 1, "kg/(m^2 s)", "n", alpha_limit_);
+    bus.task("impedance", [this](const bus::Step &step) { update_alpha_limit(step); });
+  }
+  if (impedance_ && coupling_.scheme == "EFS1-corrected") {
+    bus.input("blood_velocity", "interface", 3, "m/s", blood_velocity_);
+    bus.input("unit_pressure_force", "interface", 3, "m^2", unit_pressure_force_);
+    bus.output("pressure_correction", "interface", 1, "Pa", "n+1", pressure_correction_);
+    bus.task("correct", [this](const bus::Step &step) { correct(step); });
   }
   bus.task("inflate", [this](const bus::Step &) { inflate(); });
   bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
@@ -111,11 +132,57 @@ fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
 
 void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics) {
   statistics_ = statistics;
+  show_motion(step.size);
+}
+
+void MechSolver::show_motion(double dt) {
   fem::Vector velocity(d_);
   velocity -= problem_.d_n;
-  to_interface(velocity, wall_velocity_, 1 / step.size);
+  to_interface(velocity, wall_velocity_, 1 / dt);
   to_interface(d_, displacement_);
   wall_force_ = blood_force_;
+}
+
+void MechSolver::update_alpha_limit(const bus::Step &step) {
+  if (!impedance_is_old_)
+    return;
+  impedance_is_old_ = false;
+  // Iterations fail by their most compliant motion; a single one by that of the whole interface.
+  double limit = 2 * impedance_->uniform(step.size / 2);
+  if (coupling_.iterates() && coupling_.iterations > 1)
+    limit = std::min(limit, 2 * impedance_->smallest(step.size));
+  log_->info("t = {:.4f} s: the wall's impedance allows alpha up to {:.0f} kg/(m^2 s)", step.time, limit);
+  log_->info("STUDY uniform(dt/2) {} uniform(dt) {} smallest(dt/2) {} smallest(dt) {}",2*impedance_->uniform(step.size / 2),2*impedance_->uniform(step.size),2*impedance_->smallest(step.size / 2),2*impedance_->smallest(step.size));
+  alpha_limit_.assign(alpha_limit_.size(), limit);
+}
+
+void MechSolver::correct(const bus::Step &step) {
+  fem::Vector b = space_.make_vector(3), velocity_jump(b);
+  for (std::size_t k = 0; k < blood_velocity_.size(); ++k) {
+    b.local_element(3 * interface_nodes_[k / 3] + k % 3) = unit_pressure_force_[k];
+    velocity_jump.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_velocity_[k] - wall_velocity_[k];
+  }
+  fem::zero_constrained(b, problem_.constrained());
+  if (!problem_.has_tangent())
+    problem_.linearise(d_);
+  if (response_tangent_ != problem_.n_tangents()) {
+    response_.reinit(b);
+    fem::Vector minus_b(b);
+    minus_b *= -1;
+    problem_.solve(response_, minus_b);
+    response_tangent_ = problem_.n_tangents();
+  }
+  const double pressure = step.size * (b * velocity_jump) / (b * response_);
+  d_.add(pressure, response_);
+  for (std::size_t k = 0; k < blood_force_.size(); ++k)
+    blood_force_[k] += pressure * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
+  pressure_correction_.assign(pressure_correction_.size(), pressure);
+  show_motion(step.size);
+}
+
+void MechSolver::refresh() {
+  problem_.forget_tangent();
+  impedance_is_old_ = true;
 }
 
 /// Newton starts from the last iterate, or from 2 d^n - d^{n-1}, or from d^n when that would invert a cell.

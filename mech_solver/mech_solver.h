@@ -6,8 +6,10 @@
 #include "common/schema/scene.h"
 #include "mech_solver/elasticity_problem.h"
 #include "mech_solver/force_generation.h"
+#include "mech_solver/interface_impedance.h"
 
 #include <memory>
+#include <optional>
 #include <spdlog/logger.h>
 #include <string>
 #include <vector>
@@ -30,6 +32,9 @@ class MechSolver : public bus::Solver {
   /// Writes displacement, tension, stretch and fibres when they are due.
   void write_fields(const std::string &folder, const OutputParameters &output);
 
+  /// Offers what the blood in another participant wants: the limit of alpha, the correction of the pressure.
+  void couple(const CouplingParameters &coupling);
+
   void declare(bus::Declaration &declaration) override;
   /// s^{n+1}; then v* and W* of k = 0.
   void prepare_step(const bus::Step &step) override;
@@ -38,9 +43,14 @@ class MechSolver : public bus::Solver {
   void commit_step(const bus::Step &step) override;
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
-  void refresh() override { problem_.forget_tangent(); }
+  void refresh() override;
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
+  /// The limit of alpha, from the wall's impedance: at the start, and after each refresh since it stiffens.
+  void update_alpha_limit(const bus::Step &step);
+  /// The pressure pi that makes up for the step's volume defect (see docs/schemes.md): with the unit pressure's force b
+  /// and w = A^{-1} b,    pi = b.(u - v) dt / (b.w),    d += pi w,    L += pi b.
+  void correct(const bus::Step &step);
 
   // For those who solve the wall together with something else, solve_step in two parts: the displacement to start from,
   // which they overwrite with d^{n+1}, and what follows from it.
@@ -53,6 +63,7 @@ class MechSolver : public bus::Solver {
  private:
   void visit(io::State &state, const bus::Step &step); ///< d^n, d^{n-1}, s^n, L^n
   void choose_start(const bus::Step &step);
+  void show_motion(double dt); ///< to the bus: displacement and velocity of d
   /// Values of a nodal vector at the interface nodes, times a factor.
   void to_interface(const fem::Vector &v, std::vector<double> &values, double factor = 1) const;
   double smallest_J() const;
@@ -72,6 +83,13 @@ class MechSolver : public bus::Solver {
   std::vector<double> calcium_, blood_force_, displacement_, wall_velocity_, wall_force_;
   std::vector<double> blood_force_n_;
   fem::NewtonStatistics statistics_;
+
+  CouplingParameters coupling_;
+  std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it
+  bool impedance_is_old_ = true;
+  std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
+  fem::Vector response_;          ///< w
+  unsigned response_tangent_ = 0; ///< number of the tangent of w
 
   OutputParameters output_;
   std::unique_ptr<io::FieldWriter> writer_;

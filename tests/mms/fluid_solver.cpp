@@ -2,9 +2,9 @@
 #include "ale_solver/ale_solver.h"
 #include "common/geometry/shapes.h"
 #include "fluid_test.h"
+#include "lonely_bus.h"
 #include "mpi_test_main.h"
 
-#include <map>
 #include <spdlog/sinks/ostream_sink.h>
 #include <sstream>
 
@@ -12,35 +12,6 @@ using namespace heartbus;
 using namespace heartbus::test;
 
 namespace {
-
-/// A bus for one: keeps what a solver declares.
-struct LonelyBus : bus::Declaration {
-  std::map<std::string, std::vector<double>> points;
-  std::map<std::string, const std::vector<double> *> outputs;
-  std::map<std::string, std::vector<double> *> inputs;
-  std::map<std::string, std::function<void(const bus::Step &)>> tasks;
-  std::map<std::string, std::function<double()>> scalars;
-  std::map<std::string, std::function<int()>> states;
-
-  void point_set(const std::string &name, const std::vector<double> &coordinates, double) override {
-    points[name] = coordinates;
-  }
-  void output(const std::string &name, const std::string &, unsigned, const std::string &, const std::string &,
-              const std::vector<double> &values) override {
-    outputs[name] = &values;
-  }
-  void input(const std::string &name, const std::string &, unsigned, const std::string &,
-             std::vector<double> &values) override {
-    inputs[name] = &values;
-  }
-  void task(const std::string &name, std::function<void(const bus::Step &)> action) override { tasks[name] = action; }
-  void scalar(const std::string &name, const std::string &, std::function<double()> value) override {
-    scalars[name] = value;
-  }
-  void state(const std::string &name, const std::vector<std::string> &, std::function<int()> value) override {
-    states[name] = value;
-  }
-};
 
 /// A small ventricle whose wall does as it is told: it does not move and presses with a given pressure.
 struct Ventricle {

@@ -1,0 +1,117 @@
+#include "mech_solver/mech_solver.h"
+#include "common/geometry/shapes.h"
+#include "lonely_bus.h"
+#include "mpi_test_main.h"
+
+#include <spdlog/sinks/ostream_sink.h>
+#include <sstream>
+
+using namespace heartbus;
+using namespace heartbus::mech;
+
+namespace {
+
+geometry::Parameters shape() {
+  geometry::Parameters parameters;
+  parameters.mesh = "MXS";
+  return parameters;
+}
+
+mech::Parameters tight() {
+  mech::Parameters parameters;
+  parameters.solver.residual_tolerance = 1e-9;
+  parameters.solver.linear_tolerance = 1e-6;
+  return parameters;
+}
+
+/// A small ventricle, inflated.
+struct Ventricle {
+  std::ostringstream text;
+  fem::LagrangeSpace space{MPI_COMM_WORLD, geometry::make_solid(shape())};
+  fem::Fibres fibres{space, geometry::FibreParameters()};
+  MechSolver solver{space, fibres, tight(),
+                    std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text))};
+  test::LonelyBus bus;
+  bus::Step step{1, 0, 2e-4, 2e-4};
+
+  Ventricle() {
+    solver.declare(bus);
+    bus.tasks.at("inflate")(step);
+  }
+  const std::vector<double> &get(const std::string &field) const { return *bus.outputs.at(field); }
+  void set(const std::string &field, const std::vector<double> &values) { *bus.inputs.at(field) = values; }
+  void set_calcium(double value) { bus.inputs.at("calcium")->assign(space.n_owned_nodes(), value); }
+};
+
+/// Over all ranks.
+double largest_difference(const std::vector<double> &a, const std::vector<double> &b) {
+  double largest = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    largest = std::max(largest, std::abs(a[k] - b[k]));
+  return dealii::Utilities::MPI::max(largest, MPI_COMM_WORLD);
+}
+
+double largest(const std::vector<double> &a) { return largest_difference(a, std::vector<double>(a.size())); }
+
+} // namespace
+
+TEST(MechSolver, InflatedWallStaysWhereItIs) {
+  Ventricle wall;
+  const std::vector<double> start = wall.get("displacement"), force = wall.get("wall_force");
+  EXPECT_GT(largest(start), 1e-3);
+  EXPECT_GT(largest(force), 1e-2);
+  wall.solver.prepare_step(wall.step);
+  EXPECT_EQ(largest(wall.get("wall_velocity")), 0);
+  EXPECT_EQ(largest_difference(wall.get("wall_force"), force), 0) << "no calcium has come: no active increment";
+  wall.set("blood_force", force);
+  wall.solver.solve_step(wall.step);
+  EXPECT_LT(largest_difference(wall.get("displacement"), start), 1e-10);
+}
+
+TEST(MechSolver, FirstWallForceIsTheResidualAtTheNewTension) {
+  Ventricle wall;
+  const std::vector<double> old_force = wall.get("wall_force");
+  wall.set_calcium(1.0);
+  wall.solver.prepare_step(wall.step);
+  EXPECT_GT(largest_difference(wall.get("wall_force"), old_force), 1e-9);
+  // After the inflation there is neither inertia nor damping: the static forces are the whole residual.
+  fem::Vector forces = wall.space.make_vector(3);
+  wall.solver.problem().solid_forces(wall.solver.problem().d_n, forces);
+  const auto on = wall.space.nodes_on("interface");
+  std::vector<double> residual;
+  for (unsigned i = 0; i < 3 * wall.space.n_owned_nodes(); ++i)
+    if (on[i / 3])
+      residual.push_back(forces.local_element(i));
+  EXPECT_LT(largest_difference(wall.get("wall_force"), residual), 1e-12);
+}
+
+TEST(MechSolver, EveryIterationStartsFromTheOldState) {
+  Ventricle wall;
+  wall.set_calcium(0.6);
+  wall.solver.prepare_step(wall.step);
+  const std::vector<double> start = wall.get("displacement"), first = wall.get("wall_force");
+  std::vector<double> second = first;
+  for (double &value : second)
+    value *= 1.5;
+  wall.set("blood_force", first);
+  wall.solver.solve_step(wall.step);
+  const std::vector<double> displacement = wall.get("displacement");
+
+  wall.set("blood_force", second);
+  wall.step.iteration = 1;
+  wall.solver.solve_step(wall.step);
+  const std::vector<double> moved = wall.get("displacement");
+  EXPECT_GT(largest_difference(moved, displacement), 1e-7);
+  EXPECT_EQ(largest_difference(wall.get("wall_force"), second), 0);
+  std::vector<double> velocity = moved;
+  for (std::size_t k = 0; k < velocity.size(); ++k)
+    velocity[k] = (moved[k] - start[k]) / wall.step.size;
+  EXPECT_LT(largest_difference(wall.get("wall_velocity"), velocity), 1e-9);
+
+  wall.set("blood_force", first);
+  wall.step.iteration = 2;
+  wall.solver.solve_step(wall.step);
+  EXPECT_LT(largest_difference(wall.get("displacement"), displacement), 1e-10);
+}
+
+int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
