@@ -34,6 +34,9 @@ fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
   space_.clear_wall(d);
   space_.merge(fluid_.guess(), d, x);
   const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_);
+  last_iterations_ = statistics.linear_iterations;
+  if (fresh_iterations_ == 0)
+    fresh_iterations_ = last_iterations_;
   displace(x);
   d = d_;
   solid_.residual(d_, y_s_);
@@ -88,7 +91,7 @@ void FsiProblem::refresh_preconditioner() {
     return;
   preconditioner_ = std::make_unique<FsiPreconditioner>(space_, interface_blocks_, fluid_, solid_, dt_);
   open_orifices_ = fluid_.open_orifices();
-  fresh_iterations_ = 0;
+  fresh_iterations_ = last_iterations_ = 0;
 }
 
 unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
@@ -97,13 +100,9 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   b *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
   const double tolerance = std::max(solid_.linear_tolerance(), 0.1 * wanted_residual_ / b.l2_norm());
-  last_iterations_ = fem::solve_linear("fluid and structure", "gmres",
-                                       [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, *preconditioner_,
-                                       tolerance)
-                         .iterations;
-  if (fresh_iterations_ == 0)
-    fresh_iterations_ = last_iterations_;
-  return last_iterations_;
+  return fem::solve_linear("fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
+                           *preconditioner_, tolerance)
+      .iterations;
 }
 
 double FsiProblem::size(const Vector &dx) {

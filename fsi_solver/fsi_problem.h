@@ -47,7 +47,7 @@ class FsiProblem {
   fem::NewtonSettings newton_settings_;
   std::unique_ptr<FsiPreconditioner> preconditioner_;
   std::vector<bool> open_orifices_;                      ///< for which the preconditioner was made
-  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after it was made, and lately
+  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< in the step it was made in, and in the last one
   double wanted_residual_ = 0;                           ///< of Newton's method, at the last state looked at
   fem::Vector x_f_, y_f_, d_, y_s_, force_;
 };

@@ -97,6 +97,7 @@ void FsiSolver::load_state(const std::string &folder, const bus::Step &step) {
 
 void FsiSolver::refresh() {
   mech_.refresh();
+  fluid_.refresh();
   problem_.forget_preconditioner();
 }
 
