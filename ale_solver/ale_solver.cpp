@@ -1,5 +1,8 @@
 #include "ale_solver/ale_solver.h"
 
+#include "common/fem/owned_points.h"
+#include "common/io/state_file.h"
+
 namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
@@ -14,13 +17,8 @@ ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &paramete
 
 void ALESolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
-  std::vector<double> cavity, interface;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    cavity.insert(cavity.end(), space_.points()[node].begin(), space_.points()[node].end());
-  for (const unsigned node : interface_nodes_)
-    interface.insert(interface.end(), space_.points()[node].begin(), space_.points()[node].end());
-  bus.point_set("cavity", cavity, spacing);
-  bus.point_set("interface", interface, spacing);
+  bus.point_set("cavity", fem::owned_points(space_), spacing);
+  bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
   bus.input("displacement", "interface", 3, "m", displacement_);
   bus.output("mesh_motion", "cavity", 3, "m", "n+1", mesh_motion_);
   bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
@@ -44,6 +42,23 @@ void ALESolver::solve_step(const bus::Step &) {
   for (std::size_t k = 0; k < displacement_.size(); ++k)
     motion_.local_element(3 * interface_nodes_[k / 3] + k % 3) = displacement_[k];
   iterations_ = problem_.lift(motion_);
+  std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
+}
+
+void ALESolver::visit(io::State &state) {
+  state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
+  state.field("motion", 3, motion_n_.begin());
+  state.field("motion_before", 3, motion_nm1_.begin());
+}
+
+void ALESolver::save_state(const std::string &folder, const bus::Step &) {
+  io::save_state(space_.communicator(), folder + "/ale.h5", [&](io::State &state) { visit(state); });
+}
+
+void ALESolver::load_state(const std::string &folder, const bus::Step &) {
+  io::load_state(space_.communicator(), folder + "/ale.h5", [&](io::State &state) { visit(state); });
+  has_history_ = true;
+  motion_ = motion_n_;
   std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
 }
 

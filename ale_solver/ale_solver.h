@@ -2,6 +2,7 @@
 
 #include "ale_solver/lifting_problem.h"
 #include "common/bus/solver.h"
+#include "common/io/state.h"
 
 #include <vector>
 
@@ -17,8 +18,12 @@ class ALESolver : public bus::Solver {
   void prepare_step(const bus::Step &) override;
   void solve_step(const bus::Step &) override;
   void commit_step(const bus::Step &) override;
+  void save_state(const std::string &folder, const bus::Step &) override;
+  void load_state(const std::string &folder, const bus::Step &) override;
 
  private:
+  void visit(io::State &state);
+
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
   fem::Vector motion_, motion_n_, motion_nm1_;

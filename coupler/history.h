@@ -24,14 +24,19 @@ struct History {
 /// history.csv: names with units in the header, numbers that read back to the same bits, states by name.
 class HistoryFile {
  public:
+  /// Begins with the rows that there are.
   HistoryFile(const std::string &file_name, const History &history);
   /// Appends the last row; it is on disk when this returns.
   void append(const History &history);
 
  private:
+  void write(const History &history, const std::vector<double> &row);
   std::string file_name_;
   std::ofstream file_;
 };
+
+/// Appends the rows of a history.csv, whose columns may be others: those missing there get NaN. Throws Failure(file).
+void read_history(const std::string &file_name, History &history);
 
 /// One value as history.csv shows it.
 std::string shown(const History::Column &column, double value);

@@ -66,6 +66,8 @@ std::string launch_line(const Options &options, const SceneParameters &scene) {
     line += " --ranks " + std::to_string(options.ranks);
   for (const auto &[field, file] : records_of(options))
     line += " --record " + quoted(field + "=" + file);
+  if (!options.restart.empty())
+    line += " --restart " + quoted(options.restart);
   line += " --out " + quoted(folder_of(options, scene));
 
   const int cores = static_cast<int>(std::thread::hardware_concurrency());

@@ -1,6 +1,7 @@
 #include "coupler/options.h"
 
 #include "common/bus/failure.h"
+#include "coupler/checkpoints.h"
 #include "coupler/launch.h"
 
 #include <CLI/CLI.hpp>
@@ -16,6 +17,8 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_option("--ranks", options.ranks, "MPI processes of every participant")->check(CLI::PositiveNumber);
   app.add_option("--out", options.folder, "folder of the results (default: results/<scene>)");
   app.add_option("--record", options.records, "field=FILE: records what is transferred")->take_all()->expected(1);
+  app.add_option("--restart", options.restart,
+                 "goes on from a checkpoint: 'latest', its time ('48 ms') or a folder (of a checkpoint or of results)");
   app.add_flag("--validate", validate, "checks the scene and ends");
   app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
   app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
@@ -65,6 +68,8 @@ int answer(const Options &options) {
     }
     const SceneParameters scene = scene_of(options);
     const std::string line = launch_line(options, scene);
+    if (!options.restart.empty())
+      find_checkpoint(options.restart, folder_of(options, scene));
     std::cout << (options.action == Options::Action::launch_line ? line : options.scene_file + ": valid") << '\n';
     return 0;
   } catch (const Failure &failure) {

@@ -15,6 +15,7 @@ struct Options {
   int ranks = 0;                     ///< for every participant; 0: as the scene says
   std::string folder;                ///< of the results; empty: results/<scene>
   std::vector<std::string> records;  ///< "field=FILE"
+  std::string restart;               ///< from which checkpoint: see find_checkpoint; empty: from the start
   enum class Action { run, validate, print_defaults, launch_line } action = Action::run;
 };
 

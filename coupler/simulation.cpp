@@ -1,11 +1,13 @@
 #include "coupler/simulation.h"
 
+#include "common/config/units.h"
 #include "common/log/log.h"
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/step_log.h"
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sys/resource.h>
@@ -16,14 +18,22 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The folder of the results, without what an earlier run said about itself.
-std::string make_folder(const std::string &name) {
+// The folder of the results. What an earlier run said about itself goes; what this one would overwrite though it goes on
+// from there, or might be wanted after all, is set aside.
+std::string make_folder(const std::string &name, const std::optional<CheckpointSet> &restart) {
+  const fs::path folder = fs::absolute(name).lexically_normal();
   std::error_code error;
+  fs::remove(folder / "indicators.json", error);
+  const fs::path sets = folder / "checkpoints";
+  if (!restart || fs::path(restart->folder).parent_path() != sets) {
+    fs::remove_all(folder / "checkpoints.old", error);
+    fs::rename(sets, folder / "checkpoints.old", error);
+  } else
+    fs::rename(folder / "fields", folder / ("fields.before_" + fs::path(restart->folder).filename().string()), error);
   for (const char *part : {"logs", "fields"})
-    if (fs::create_directories(fs::path(name) / part, error); error)
+    if (fs::create_directories(folder / part, error); error)
       throw Failure(ExitCode::file, name + ": this folder cannot be made: " + error.message());
-  fs::remove(fs::path(name) / "indicators.json", error);
-  return fs::absolute(name).lexically_normal().string();
+  return folder;
 }
 
 void write_file(const std::string &name, const std::string &text) {
@@ -44,33 +54,75 @@ double seconds(const timeval &time) { return time.tv_sec + 1e-6 * time.tv_usec; 
 } // namespace
 
 Simulation::Simulation(bus::Coordinator &coordinator, const Options &options)
-    : coordinator_(coordinator), options_(options), scene_(scene_of(options)),
-      folder_(make_folder(folder_of(options, scene_))), log_(log::open_log(folder_, "coupler", 0, true)) {}
+    : coordinator_(coordinator), options_(options), scene_(scene_of(options)) {
+  const std::string folder = folder_of(options, scene_);
+  if (!options.restart.empty())
+    restart_ = find_checkpoint(options.restart, folder);
+  folder_ = make_folder(folder, restart_);
+  log_ = log::open_log(folder_, "coupler", 0, true);
+}
 
 void Simulation::run() {
   const Sequence sequence = meet_participants();
   SequenceRunner runner(coordinator_, sequence);
   record(runner);
   make_columns();
-  HistoryFile csv(folder_ + "/history.csv", history_);
-
   const TimeControl time(scene_.time);
-  collect(runner.start(time.step(0)), time.step(0));
-  csv.append(history_);
+  const Checkpoints checkpoints(folder_, scene_.output.checkpoint, time);
+  const bus::Step first = begin(runner, time);
+  HistoryFile csv(folder_ + "/history.csv", history_);
+  checkpoints.remove_after(first.number);
 
   seconds_.clear(); // all times below are those of the steps
-  const auto begin = std::chrono::steady_clock::now();
-  StepLog step_log(log_, time);
-  for (int n = 1; n <= time.n_steps(); ++n) {
-    collect(runner.step(time.step(n)), time.step(n));
+  const auto start = std::chrono::steady_clock::now();
+  StepLog step_log(log_, time, first.number);
+  for (int n = first.number + 1; n <= time.n_steps(); ++n) {
+    const bus::Step step = time.step(n);
+    collect(runner.step(step), step);
     csv.append(history_);
-    step_log.step(history_, time.step(n));
-    if (coordinator_.stop_requested() && n < time.n_steps()) {
-      log_->warn("stopped on request after step {} of {}", n, time.n_steps());
+    step_log.step(history_, step);
+    if (!time.refreshes_at(n))
+      continue;
+    const bool stop = coordinator_.stop_requested() && n < time.n_steps();
+    if (stop || checkpoints.due(n))
+      save(runner, checkpoints, step);
+    if (stop) {
+      log_->warn("stopped on request after step {} of {}; --restart latest goes on", n, time.n_steps());
       break;
     }
+    runner.refresh(step);
   }
-  write_indicators(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  write_indicators(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+/// The state before the first step, which is the last of the history then.
+bus::Step Simulation::begin(SequenceRunner &runner, const TimeControl &time) {
+  if (restart_)
+    return restart(runner, time);
+  collect(runner.start(time.step(0)), time.step(0));
+  return time.step(0);
+}
+
+/// Steps of another size count from zero as if they had always been of that size.
+bus::Step Simulation::restart(SequenceRunner &runner, const TimeControl &time) {
+  for (const auto &reason : restart_->passed_over)
+    log_->warn("passed over: {}", reason);
+  const double size = time.step(1).size;
+  const bus::Step step = time.step(static_cast<int>(std::lround(restart_->time / size)));
+  if (std::abs(step.time - restart_->time) > 1e-6 * size || step.number > time.n_steps())
+    throw Failure(ExitCode::scene, "checkpoint " + restart_->folder + " is of t = " + config::shortest(restart_->time) +
+                                       " s; that must be a multiple of 'time.step' (" + config::shortest(size) +
+                                       " s) and not beyond 'time.end' (" + config::shortest(scene_.time.end) + " s)");
+  last_reports_ = runner.states(bus::Command::Kind::load, restart_->folder, step);
+  read_history(restart_->folder + "/history.csv", history_);
+  log_->info("goes on from t = {:.1f} ms, {}", 1e3 * step.time, restart_->folder);
+  return step;
+}
+
+void Simulation::save(SequenceRunner &runner, const Checkpoints &checkpoints, const bus::Step &step) {
+  add_times(runner.states(bus::Command::Kind::save, checkpoints.open(step), step));
+  checkpoints.close(step);
+  log_->info("checkpoint of t = {:.1f} ms", 1e3 * step.time);
 }
 
 Sequence Simulation::meet_participants() {
@@ -81,8 +133,7 @@ Sequence Simulation::meet_participants() {
     expected[name] = {program_name(participant.program), participant.ranks};
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
-  Sequence sequence =
-      cast(make_sequence(scene_.coupling.scheme, scene_.coupling.iterations), coordinator_.participants());
+  const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
   check(sequence, coordinator_.participants());
   log_->info("{}: {}", scene_.name, to_text(sequence));
   return sequence;
@@ -119,10 +170,15 @@ void Simulation::collect(const SequenceRunner::Reports &reports, const bus::Step
   for (const auto &participant : coordinator_.participants()) {
     const bus::Report &report = reports.at(participant.name);
     row.insert(row.end(), report.scalars.begin(), report.scalars.end());
-    for (const auto &[work, duration] : report.seconds)
-      seconds_[participant.name][work] += duration;
   }
   history_.rows.push_back(row);
+  add_times(reports);
+}
+
+void Simulation::add_times(const SequenceRunner::Reports &reports) {
+  for (const auto &[participant, report] : reports)
+    for (const auto &[work, duration] : report.seconds)
+      seconds_[participant][work] += duration;
   last_reports_ = reports;
 }
 

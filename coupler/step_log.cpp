@@ -16,8 +16,8 @@ std::string clock_time(double seconds) {
 
 } // namespace
 
-StepLog::StepLog(std::shared_ptr<spdlog::logger> logger, const TimeControl &time)
-    : logger_(std::move(logger)), time_(time) {}
+StepLog::StepLog(std::shared_ptr<spdlog::logger> logger, const TimeControl &time, int last_step)
+    : logger_(std::move(logger)), time_(time), last_step_(last_step) {}
 
 void StepLog::step(const History &history, const bus::Step &step) {
   const bool new_millisecond = milliseconds(step.time) > milliseconds(step.time - step.size);

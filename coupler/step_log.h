@@ -12,7 +12,7 @@ namespace heartbus::coupler {
 /// One line on the console for each millisecond of simulated time.
 class StepLog {
  public:
-  StepLog(std::shared_ptr<spdlog::logger> logger, const TimeControl &time);
+  StepLog(std::shared_ptr<spdlog::logger> logger, const TimeControl &time, int last_step);
   /// After every step; `history` ends with it.
   void step(const History &history, const bus::Step &step);
 
@@ -21,7 +21,7 @@ class StepLog {
 
   std::shared_ptr<spdlog::logger> logger_;
   TimeControl time_;
-  int last_step_ = 0;
+  int last_step_;
   std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
 };
 

@@ -8,6 +8,13 @@ namespace heartbus::coupler {
 /// The time axis: steps of one size, t^n = n dt without accumulated rounding.
 class TimeControl {
  public:
+  /// At every so many steps the participants drop all that is not in their state, and only there a run is saved or stopped
+  /// on request: so a restarted run has the very bits of one that was not interrupted. Small enough to stop soon, large
+  /// enough that making preconditioners and tangents anew costs next to nothing.
+  static constexpr int refresh_interval = 20;
+  static bool refreshes_at(int number) { return number % refresh_interval == 0; }
+  int last_refresh() const { return n_steps_ - n_steps_ % refresh_interval; }
+
   explicit TimeControl(const TimeParameters &time) : size_(time.step), n_steps_(time.n_steps()) {}
   int n_steps() const { return n_steps_; }
   /// The step that ends at t^number; 0 is the start block.

@@ -1,6 +1,8 @@
 #include "ep_solver/ep_solver.h"
 
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_points.h"
+#include "common/io/state_file.h"
 
 #include <cmath>
 #include <limits>
@@ -31,15 +33,15 @@ void EPSolver::write_fields(const std::string &folder, const OutputParameters &o
   output_ = output;
   if (output_.every > 0)
     writer_ = std::make_unique<io::FieldWriter>(space_.communicator(), folder, "ep", fem::output_mesh(space_));
-  if (writer_)
+}
+
+void EPSolver::prepare_step(const bus::Step &step) {
+  if (writer_ && step.number == 1)
     write(0);
 }
 
 void EPSolver::declare(bus::Declaration &declaration) {
-  std::vector<double> coordinates;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    coordinates.insert(coordinates.end(), space_.points()[node].begin(), space_.points()[node].end());
-  declaration.point_set("tissue", coordinates, space_.smallest_cell_size());
+  declaration.point_set("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   declaration.output("calcium", "tissue", 1, "uM", "n+1", calcium_);
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
   declaration.scalar("activation_time", "s", [this] { return last_activation(); });
@@ -79,6 +81,34 @@ void EPSolver::commit_step(const bus::Step &step) {
   std::swap(n_, np1_);
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
+}
+
+void EPSolver::visit(io::State &state) {
+  state.points("tissue", fem::owned_points(space_), space_.smallest_cell_size());
+  state.field("potential", 1, n_.v.begin());
+  state.field("potential_before", 1, n_.v_before.begin());
+  state.field("activation_time", 1, n_.activation.data());
+  const unsigned n_states = model_->n_states();
+  std::vector<double> ionic(space_.n_owned_nodes() * n_states); // [node][state]
+  const auto in_blocks = [&](std::size_t k) -> double & {
+    const std::size_t node = k / n_states, block = node / fem::n_lanes;
+    return reinterpret_cast<double *>(&n_.ionic[block * n_states + k % n_states])[node % fem::n_lanes];
+  };
+  for (std::size_t k = 0; k < ionic.size(); ++k)
+    ionic[k] = in_blocks(k);
+  state.field("ionic_states", n_states, ionic.data());
+  for (std::size_t k = 0; k < ionic.size(); ++k)
+    in_blocks(k) = ionic[k];
+}
+
+void EPSolver::save_state(const std::string &folder, const bus::Step &) {
+  io::save_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
+}
+
+void EPSolver::load_state(const std::string &folder, const bus::Step &) {
+  io::load_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
+  np1_ = n_;
+  model_->get_calcium(space_.n_owned_nodes(), n_.ionic, calcium_.data());
 }
 
 void EPSolver::finish() {

@@ -2,6 +2,7 @@
 
 #include "common/bus/solver.h"
 #include "common/io/field_writer.h"
+#include "common/io/state.h"
 #include "common/schema/scene.h"
 #include "ep_solver/ionic/ionic_model.h"
 #include "ep_solver/monodomain_problem.h"
@@ -19,9 +20,11 @@ class EPSolver : public bus::Solver {
   void write_fields(const std::string &folder, const OutputParameters &output);
 
   void declare(bus::Declaration &declaration) override;
-  void prepare_step(const bus::Step &) override {}
+  void prepare_step(const bus::Step &step) override;
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &step) override;
+  void save_state(const std::string &folder, const bus::Step &step) override;
+  void load_state(const std::string &folder, const bus::Step &step) override;
   void finish() override;
 
   const fem::Vector &potential() const { return n_.v; }                         ///< [V]
@@ -38,6 +41,7 @@ class EPSolver : public bus::Solver {
     std::vector<double> activation;
   };
   void advance(double time, double dt, const std::vector<fem::Lanes> &ionic_n, State &state);
+  void visit(io::State &state); ///< what is at the end of the last step
   void write(double time);
 
   const fem::LagrangeSpace &space_;

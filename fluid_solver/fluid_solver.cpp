@@ -2,6 +2,8 @@
 
 #include "common/bus/failure.h"
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_points.h"
+#include "common/io/state_file.h"
 
 namespace heartbus::fluid {
 
@@ -34,13 +36,8 @@ void FluidSolver::write_fields(const std::string &folder, const OutputParameters
 
 void FluidSolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
-  std::vector<double> cavity, interface;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    cavity.insert(cavity.end(), space_.points()[node].begin(), space_.points()[node].end());
-  for (const unsigned node : interface_nodes_)
-    interface.insert(interface.end(), space_.points()[node].begin(), space_.points()[node].end());
-  bus.point_set("cavity", cavity, spacing);
-  bus.point_set("interface", interface, spacing);
+  bus.point_set("cavity", fem::owned_points(space_), spacing);
+  bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
   bus.input("mesh_motion", "cavity", 3, "m", mesh_motion_);
   bus.input("wall_velocity", "interface", 3, "m/s", wall_velocity_);
   bus.input("wall_force", "interface", 3, "N", wall_force_);
@@ -80,6 +77,10 @@ void FluidSolver::prepare_step(const bus::Step &step) {
 void FluidSolver::switch_valves(double time) {
   if (const auto reason = valves_->update(time, problem_.mean_pressure(), mitral_flow_, aortic_flow_))
     log_->info("t = {:.4f} s: {}; {}", time, *reason, Valves::phase_names()[valves_->phase()]);
+  show_valves();
+}
+
+void FluidSolver::show_valves() {
   mitral_->open = valves_->mitral_open();
   aortic_->open = valves_->aortic_open();
 }
@@ -110,6 +111,26 @@ void FluidSolver::commit_step(const bus::Step &step) {
   }
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
+}
+
+void FluidSolver::visit(io::State &state) {
+  if (valves_) {
+    valves_->visit(state);
+    state.number("mitral_flow", mitral_flow_);
+    state.number("aortic_flow", aortic_flow_);
+    show_valves();
+  }
+  state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
+  problem_.visit(state);
+}
+
+void FluidSolver::save_state(const std::string &folder, const bus::Step &) {
+  io::save_state(space_.communicator(), folder + "/fluid.h5", [&](io::State &state) { visit(state); });
+}
+
+void FluidSolver::load_state(const std::string &folder, const bus::Step &) {
+  io::load_state(space_.communicator(), folder + "/fluid.h5", [&](io::State &state) { visit(state); });
+  problem_.resume();
 }
 
 void FluidSolver::write(double time) {

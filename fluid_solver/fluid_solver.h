@@ -2,6 +2,7 @@
 
 #include "common/bus/solver.h"
 #include "common/io/field_writer.h"
+#include "common/io/state.h"
 #include "common/schema/scene.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fluid_solver/valves.h"
@@ -28,6 +29,9 @@ class FluidSolver : public bus::Solver {
   void prepare_step(const bus::Step &step) override;
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &step) override;
+  void save_state(const std::string &folder, const bus::Step &step) override;
+  void load_state(const std::string &folder, const bus::Step &step) override;
+  void refresh() override { problem_.forget_preconditioner(); }
 
   const NavierStokesProblem &problem() const { return problem_; }
   NavierStokesProblem &problem() { return problem_; } ///< for those who solve blood and wall together
@@ -39,6 +43,8 @@ class FluidSolver : public bus::Solver {
   /// An empty history: the mesh as it comes, blood at rest.
   void start();
   void switch_valves(double time);
+  void show_valves(); ///< to the problem
+  void visit(io::State &state);
   fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
   void write(double time);
 

@@ -67,17 +67,36 @@ Orifice &NavierStokesProblem::add_orifice(const std::string &label, double press
 
 void NavierStokesProblem::start(const Vector &motion) {
   d_n_ = motion;
-  d_np1_ = motion;
-  d_n_.update_ghost_values();
-  d_np1_.update_ghost_values();
   x_n_ = 0;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
     x_n_.local_element(4 * node + 3) = parameters_.initial_pressure / pressure_scale_;
-  x_n_.update_ghost_values();
   x_nm1_ = x_n_;
+  resume();
+}
+
+void NavierStokesProblem::resume() {
+  d_n_.update_ghost_values();
+  d_np1_ = d_n_;
+  d_np1_.update_ghost_values();
+  x_n_.update_ghost_values();
   x_ = x_n_;
+  x_.update_ghost_values();
   update_averages();
 }
+
+void NavierStokesProblem::visit(io::State &state) {
+  update_constraints(); // those of now, so that a valve that switches next is seen to do so
+  state.field("motion", 3, d_n_.begin());
+  state.field("velocity_and_pressure", 4, x_n_.begin());
+  state.field("velocity_and_pressure_before", 4, x_nm1_.begin());
+  double scale = pressure_scale_; // kept with the scaled values: dividing and multiplying would cost a bit
+  state.number("pressure_scale", scale);
+  for (unsigned node = 0; node < space_.n_owned_nodes() && scale != pressure_scale_; ++node)
+    for (Vector *x : {&x_n_, &x_nm1_})
+      x->local_element(4 * node + 3) *= scale / pressure_scale_;
+}
+
+void NavierStokesProblem::forget_preconditioner() { preconditioner_.reset(); }
 
 void NavierStokesProblem::prepare(const Vector &motion) {
   d_np1_ = motion;

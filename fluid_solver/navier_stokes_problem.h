@@ -3,6 +3,7 @@
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
+#include "common/io/state.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/navier_stokes_kernel.h"
 #include "fluid_solver/parameters.h"
@@ -43,6 +44,13 @@ class NavierStokesProblem {
 
   /// u = 0, p = p0 on the mesh moved by `motion` (three components a node), which is taken as the old motion as well.
   void start(const fem::Vector &motion);
+  /// The old states and the old motion, to be saved or loaded at the owned nodes. Orifices are open or closed as they
+  /// were in the step that led here.
+  void visit(io::State &state);
+  /// After loading: as if the old state had just been committed.
+  void resume();
+  /// The next solve makes it anew.
+  void forget_preconditioner();
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
   void prepare(const fem::Vector &motion);
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts

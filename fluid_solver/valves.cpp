@@ -28,6 +28,13 @@ std::optional<std::string> Valves::update(double t, double pressure, double mitr
   return reason;
 }
 
+void Valves::visit(io::State &state) {
+  double phase = phase_;
+  state.number("phase", phase);
+  phase_ = static_cast<Phase>(static_cast<int>(phase));
+  state.number("last_switch", last_switch_);
+}
+
 /// Both valves are never open at once: an open one must close before the other may open.
 std::optional<std::string> Valves::decide(double t, double pressure, double mitral_flow, double aortic_flow) {
   if (phase_ == ejection) {

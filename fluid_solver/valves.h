@@ -1,5 +1,7 @@
 #pragma once
 
+#include "common/io/state.h"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +33,9 @@ class Valves {
   /// Decides at time t (since the start) from the ventricle's pressure and the flows into it through the mitral and out of
   /// it through the aortic valve [m^3/s]. Says which valve switched and why, if one did.
   std::optional<std::string> update(double t, double pressure, double mitral_flow, double aortic_flow);
+
+  /// To be saved or loaded.
+  void visit(io::State &state);
 
   bool mitral_open() const { return phase_ == filling; }
   bool aortic_open() const { return phase_ == ejection; }

@@ -39,9 +39,9 @@ struct ParticipantInfo {
 /// Something a participant is told to do; executed in the order received.
 struct Command {
   /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
-  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect };
+  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect, save, load, refresh };
   Kind kind = Kind::solve;
-  std::string task; ///< of Kind::task
+  std::string task; ///< of Kind::task; of save and load the folder
   int route = -1;   ///< of send and receive
   Step step;
 };
@@ -49,7 +49,7 @@ struct Command {
 /// A participant's answer to Command::report: scalars in declared order, seconds since the last report by kind of work.
 struct Report {
   std::vector<double> scalars;
-  std::map<std::string, double> seconds; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "idle"
+  std::map<std::string, double> seconds; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "save", "idle"
   double cpu_seconds = 0;                ///< sum over ranks, since the start
   double peak_memory = 0;                ///< sum over ranks [byte]
 };

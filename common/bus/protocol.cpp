@@ -104,6 +104,12 @@ std::string kind_of_work(const Command &command) {
     return "connect";
   case Command::Kind::finish:
     return "finish";
+  case Command::Kind::save:
+    return "save";
+  case Command::Kind::load:
+    return "load";
+  case Command::Kind::refresh:
+    return "refresh";
   }
   return "";
 }

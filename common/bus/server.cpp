@@ -76,6 +76,12 @@ void Server::execute(const Command &command) {
     return connect();
   case Command::Kind::finish:
     return finish();
+  case Command::Kind::save:
+    return measure("save", [&] { solver_.save_state(command.task, step); });
+  case Command::Kind::load:
+    return measure("load", [&] { solver_.load_state(command.task, step); });
+  case Command::Kind::refresh:
+    return solver_.refresh();
   }
 }
 

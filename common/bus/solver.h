@@ -51,6 +51,14 @@ class Solver {
   virtual void prepare_step(const Step &step) = 0;
   virtual void solve_step(const Step &step) = 0;
   virtual void commit_step(const Step &step) = 0;
+  /// After the commit of `step`: all that the next step depends on, into files of this folder, one for each physics.
+  virtual void save_state(const std::string &, const Step &) {}
+  /// Instead of the start block: as if `step` had just been committed, outputs included; `step.size` is that of the
+  /// steps to come.
+  virtual void load_state(const std::string &, const Step &) {}
+  /// Drops what speeds up the next steps but is not in the state: preconditioners, tangents, guesses. Ordered at regular
+  /// steps whether or not a run is interrupted there, so that one that is goes on with the same bits.
+  virtual void refresh() {}
   /// After the last step: last output, summaries.
   virtual void finish() {}
 };

@@ -46,8 +46,24 @@ void SequenceRunner::connect(const Nodes &nodes) {
 SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
     coordinator_.order(participant, command);
+  return wait_reports(step);
+}
+
+SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,
+                                               const bus::Step &step) {
+  order_all({kind, folder, -1, step});
+  return wait_reports(step);
+}
+
+void SequenceRunner::refresh(const bus::Step &step) { order_all({bus::Command::Kind::refresh, "", -1, step}); }
+
+void SequenceRunner::order_all(const bus::Command &command) {
   for (const auto &participant : coordinator_.participants())
-    coordinator_.order(participant.name, {bus::Command::Kind::report, "", -1, step});
+    coordinator_.order(participant.name, command);
+}
+
+SequenceRunner::Reports SequenceRunner::wait_reports(const bus::Step &step) {
+  order_all({bus::Command::Kind::report, "", -1, step});
   coordinator_.flush();
   Reports reports;
   for (const auto &participant : coordinator_.participants())

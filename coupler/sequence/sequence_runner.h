@@ -23,6 +23,10 @@ class SequenceRunner {
   using Reports = std::map<std::string, bus::Report>;
   Reports start(const bus::Step &step) { return run(sequence_.start, step); }
   Reports step(const bus::Step &step) { return run(sequence_.step, step); }
+  /// All participants save or load their states at the end of this step.
+  Reports states(bus::Command::Kind kind, const std::string &folder, const bus::Step &step);
+  /// All drop what is not in their state, before the next step.
+  void refresh(const bus::Step &step);
 
   /// The route of a field; Failure(scene) when the sequence does not transfer it.
   int route_of(const std::string &field) const;
@@ -30,6 +34,8 @@ class SequenceRunner {
  private:
   void connect(const Nodes &nodes);
   Reports run(const Nodes &nodes, const bus::Step &step);
+  void order_all(const bus::Command &command);
+  Reports wait_reports(const bus::Step &step);
 
   bus::Coordinator &coordinator_;
   Sequence sequence_;
