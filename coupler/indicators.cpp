@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace heartbus::coupler {
 
@@ -49,7 +50,8 @@ nlohmann::ordered_json indicators(const History &history) {
   nlohmann::ordered_json result;
   const auto all = phases(history);
   const auto volume = history.values("volume"), pressure = history.values("mean_pressure"),
-             activation = history.values("activation_time"), time = history.values("time");
+             activation = history.values("activation_time"), time = history.values("time"),
+             iterations = history.values("coupling_iterations");
   if (!volume.empty()) {
     const auto [ESV, EDV] = std::minmax_element(volume.begin(), volume.end());
     const bool has_ejected = std::any_of(all.begin(), all.end(), [](const Phase &p) { return p.name == ejection; });
@@ -66,6 +68,9 @@ nlohmann::ordered_json indicators(const History &history) {
     result["p_max_mmHg"] = *std::max_element(pressure.begin(), pressure.end()) / pascal_per_mmHg;
   if (!activation.empty() && std::isfinite(activation.back()))
     result["activation_time_ms"] = 1e3 * activation.back();
+  if (iterations.size() > 1)
+    result["mean_coupling_iterations"] =
+        std::accumulate(iterations.begin() + 1, iterations.end(), 0.) / (iterations.size() - 1);
   for (const Phase &phase : all)
     result["phases"].push_back({{"name", phase.name}, {"start", time[phase.first_row]}, {"end", time[phase.last_row]}});
   return result;

@@ -23,7 +23,7 @@ std::optional<Phase> first_phase(const std::vector<Phase> &all, const std::strin
 double isovolumetric_loss(const History &history, const Phase &phase);
 
 /// The solution indicators of the paper (section "Solution indicators"), with units in their names: EF_percent,
-/// p_max_mmHg, ILI_C_percent, ILI_R_percent, EDV_mL, ESV_mL, activation_time_ms, phases. What the run does not have is
+/// p_max_mmHg, ILI_C_percent, ILI_R_percent, EDV_mL, ESV_mL, activation_time_ms, mean_coupling_iterations, phases. What the run does not have is
 /// left out.
 nlohmann::ordered_json indicators(const History &history);
 

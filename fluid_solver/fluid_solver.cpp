@@ -5,14 +5,17 @@
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
+#include <limits>
+#include <spdlog/fmt/fmt.h>
+
 namespace heartbus::fluid {
 
 using fem::Vector;
 
 FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt,
                          std::shared_ptr<spdlog::logger> log)
-    : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, alpha, dt),
-      mesh_motion_(3 * space.n_owned_nodes()) {
+    : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, alpha, dt), dt_(dt),
+      mesh_motion_(3 * space.n_owned_nodes()), watch_(dt) {
   if (space.has_label("mitral") != space.has_label("aortic"))
     throw Failure(ExitCode::scene, "the fluid mesh has one valve; it needs both boundaries 'mitral' and 'aortic' or none");
   if (space.has_label("mitral")) {
@@ -26,6 +29,16 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
       interface_nodes_.push_back(node);
   wall_velocity_.resize(3 * interface_nodes_.size());
   wall_force_ = blood_force_ = wall_velocity_;
+}
+
+void FluidSolver::couple(const CouplingParameters &coupling) {
+  coupling_ = coupling;
+  alpha_limit_.resize(interface_nodes_.size());
+  pressure_correction_ = alpha_limit_;
+  blood_velocity_.resize(3 * interface_nodes_.size());
+  unit_pressure_force_ = blood_velocity_;
+  if (coupling.acceleration == "anderson")
+    problem_.accelerate();
 }
 
 void FluidSolver::write_fields(const std::string &folder, const OutputParameters &output) {
@@ -53,11 +66,29 @@ void FluidSolver::declare(bus::Declaration &bus) {
   }
   bus.scalar("fluid_iterations", "1", [this] { return double(statistics_.iterations); });
   bus.scalar("fluid_residual", "1", [this] { return statistics_.residual; });
-  bus.scalar("volume_defect", "m^3/s", [this] { return volume_defect_; });
-  bus.scalar("interface_power", "W", [this] { return interface_power_; });
+  bus.scalar("volume_defect", "m^3/s", [this] { return budget_.volume_defect; });
+  bus.scalar("interface_power", "W", [this] { return budget_.power; });
+  if (coupling_)
+    declare_coupling(bus);
+}
+
+void FluidSolver::declare_coupling(bus::Declaration &bus) {
+  bus.input("alpha_limit", "interface", 1, "kg/(m^2 s)", alpha_limit_);
+  bus.scalar("alpha", "kg/(m^2 s)", [this] { return problem_.alpha(); });
+  bus.scalar("coupling_iterations", "1", [this] { return double(coupling_iterations_); });
+  bus.scalar("datum_residual", "1", [this] { return budget_.datum_residual; });
+  bus.scalar("volume_loss", "1", [this] { return std::abs(budget_.volume_defect) * dt_ / problem_.volume(); });
+  bus.scalar("isovolumetric", "1", [this] { return isovolumetric() ? 1. : 0.; });
+  if (coupling_->scheme == "EFS1-corrected") {
+    bus.output("blood_velocity", "interface", 3, "m/s", "n+1", blood_velocity_);
+    bus.output("unit_pressure_force", "interface", 3, "m^2", "n+1", unit_pressure_force_);
+    bus.input("pressure_correction", "interface", 1, "Pa", pressure_correction_);
+    bus.task("correct", [this](const bus::Step &) { correct(); });
+  }
 }
 
 void FluidSolver::start() {
+  choose_alpha();
   Vector motion = space_.make_vector(3);
   std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
   problem_.start(motion);
@@ -66,7 +97,21 @@ void FluidSolver::start() {
     write(0);
 }
 
+/// The same value at all nodes of the interface, of which this rank may have none.
+double FluidSolver::uniform_value(const std::vector<double> &values) const {
+  const bool here = !values.empty();
+  const double none = std::numeric_limits<double>::lowest();
+  return dealii::Utilities::MPI::max(here ? values[0] : none, space_.communicator());
+}
+
+/// Eight tenths of the limit: it is estimated for a closed cavity, and the wall softens until the next estimate.
+void FluidSolver::choose_alpha() {
+  if (coupling_ && coupling_->automatic_alpha)
+    problem_.set_alpha(0.8 * uniform_value(alpha_limit_));
+}
+
 void FluidSolver::prepare_step(const bus::Step &step) {
+  choose_alpha();
   if (valves_)
     switch_valves(step.time - step.size);
   Vector motion = space_.make_vector(3);
@@ -92,18 +137,42 @@ Vector FluidSolver::on_interface(const std::vector<double> &values) const {
   return v;
 }
 
-void FluidSolver::solve_step(const bus::Step &step) {
-  statistics_ = problem_.solve(on_interface(wall_velocity_), on_interface(wall_force_), step.iteration);
-  for (std::size_t k = 0; k < blood_force_.size(); ++k)
-    blood_force_[k] = problem_.blood_force().local_element(4 * interface_nodes_[k / 3] + k % 3);
+void FluidSolver::to_interface(const Vector &v, std::vector<double> &values) const {
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] = v.local_element(4 * interface_nodes_[k / 3] + k % 3);
 }
 
-void FluidSolver::budget(const Vector &wall_velocity) {
-  volume_defect_ = problem_.volume_defect(wall_velocity);
-  interface_power_ = problem_.blood_force() * problem_.state() - problem_.blood_force() * wall_velocity;
+void FluidSolver::solve_step(const bus::Step &step) {
+  statistics_ = problem_.solve(on_interface(wall_velocity_), on_interface(wall_force_), step.iteration);
+  coupling_iterations_ = step.iteration + 1;
+  to_interface(problem_.blood_force(), blood_force_);
+  if (coupling_ && coupling_->scheme == "EFS1-corrected") {
+    to_interface(problem_.state(), blood_velocity_);
+    to_interface(problem_.unit_pressure_force(), unit_pressure_force_);
+  }
+}
+
+void FluidSolver::correct() { problem_.add_pressure(uniform_value(pressure_correction_)); }
+
+void FluidSolver::budget(const Vector &wall_velocity) { budget_ = problem_.budget(wall_velocity); }
+
+bool FluidSolver::isovolumetric() const { return !valves_ || !(mitral_->open || aortic_->open); }
+
+void FluidSolver::refuse_instability(const bus::Step &step) {
+  if (!watch_.add(budget_.disagreement))
+    return;
+  const double limit = uniform_value(alpha_limit_), alpha = problem_.alpha();
+  throw Failure(ExitCode::not_converged,
+                fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
+                            "step to step; coupling.alpha is {:.0f} kg/(m^2 s), at the last estimate the wall allowed "
+                            "{:.0f}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
+                            step.time, budget_.disagreement, alpha, limit, std::min(0.8 * limit, 0.5 * alpha),
+                            coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
 }
 
 void FluidSolver::commit_step(const bus::Step &step) {
+  if (coupling_)
+    refuse_instability(step);
   problem_.commit();
   if (valves_) {
     mitral_flow_ = mitral_->open ? -(mitral_->flux * problem_.state()) : 0;

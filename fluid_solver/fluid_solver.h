@@ -4,6 +4,7 @@
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
+#include "fluid_solver/instability_watch.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fluid_solver/valves.h"
 
@@ -25,6 +26,9 @@ class FluidSolver : public bus::Solver {
   /// Writes velocity, pressure and mesh motion when they are due.
   void write_fields(const std::string &folder, const OutputParameters &output);
 
+  /// Offers what the wall in another participant wants, in the scheme of the scene.
+  void couple(const CouplingParameters &coupling);
+
   void declare(bus::Declaration &declaration) override;
   void prepare_step(const bus::Step &step) override;
   void solve_step(const bus::Step &step) override;
@@ -42,16 +46,24 @@ class FluidSolver : public bus::Solver {
  private:
   /// An empty history: the mesh as it comes, blood at rest.
   void start();
+  void choose_alpha();
+  void correct();
+  bool isovolumetric() const;
+  void declare_coupling(bus::Declaration &declaration);
+  void refuse_instability(const bus::Step &step);
   void switch_valves(double time);
   void show_valves(); ///< to the problem
   void visit(io::State &state);
   fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
+  void to_interface(const fem::Vector &v, std::vector<double> &values) const;
+  double uniform_value(const std::vector<double> &values) const;
   void write(double time);
 
   const fem::LagrangeSpace &space_;
   Parameters parameters_;
   std::shared_ptr<spdlog::logger> log_;
   NavierStokesProblem problem_;
+  double dt_;
   std::optional<Valves> valves_;
   Orifice *mitral_ = nullptr, *aortic_ = nullptr;
   double mitral_flow_ = 0, aortic_flow_ = 0; ///< into and out of the ventricle [m^3/s]
@@ -59,8 +71,13 @@ class FluidSolver : public bus::Solver {
   std::vector<unsigned> interface_nodes_; ///< owned
   // what the bus reads and fills
   std::vector<double> mesh_motion_, wall_velocity_, wall_force_, blood_force_;
+  std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
   fem::LinearStatistics statistics_;
-  double volume_defect_ = 0, interface_power_ = 0;
+  NavierStokesProblem::Budget budget_;
+
+  std::optional<CouplingParameters> coupling_; ///< with a wall in another participant
+  InstabilityWatch watch_;
+  int coupling_iterations_ = 0; ///< of the last step
 
   OutputParameters output_;
   std::unique_ptr<io::FieldWriter> writer_;

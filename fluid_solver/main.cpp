@@ -18,6 +18,7 @@ int main(int argc, char **argv) {
     fluid::FluidSolver solver(space, scene.fluid, scene.coupling.alpha, scene.time.step,
                               log::open_log(participant.output_folder(), participant.name(), rank));
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
+    solver.couple(scene.coupling);
     participant.serve(solver);
   });
 }

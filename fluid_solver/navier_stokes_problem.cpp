@@ -53,7 +53,7 @@ NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const 
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), alpha_(alpha), dt_(dt),
       unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4), x_nm1_(space.make_vector(4)), x_n_(x_nm1_),
       x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_), guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_),
-      guess_load_(x_nm1_), force_(x_nm1_) {
+      guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))
@@ -106,8 +106,12 @@ void NavierStokesProblem::prepare(const Vector &motion) {
   update_constraints();
   set_guess();
   assemble();
-  refresh_preconditioner();
   A_.vmult(guess_load_, guess_);
+}
+
+void NavierStokesProblem::constrain(const fem::Constraints &constrained) {
+  constrained_by_others_ = constrained;
+  constrained_.clear(); // to be made anew
 }
 
 void NavierStokesProblem::update_constraints() {
@@ -117,7 +121,8 @@ void NavierStokesProblem::update_constraints() {
   if (!constrained_.empty() && open == orifices_open_)
     return;
   orifices_open_ = open;
-  constrained_.assign(4 * space_.n_local_nodes(), 0);
+  constrained_ = constrained_by_others_;
+  constrained_.resize(4 * space_.n_local_nodes(), 0);
   for (const auto &label : parameters_.no_slip)
     fem::fix_vector(space_, 4, label, constrained_);
   for (const auto &label : parameters_.slip)
@@ -236,11 +241,14 @@ void NavierStokesProblem::refresh_preconditioner() {
   // Meshes and velocities change little from step to step: a preconditioner serves until it shows its age.
   if (preconditioner_ && last_iterations_ <= fresh_iterations_ + fresh_iterations_ / 2 + 2)
     return;
-  if (parameters_.preconditioner == "simplec")
-    preconditioner_ = std::make_unique<Simplec>(A_);
-  else
-    preconditioner_ = std::make_unique<BlockILU>(A_);
+  preconditioner_ = make_preconditioner(A_);
   fresh_iterations_ = 0;
+}
+
+std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::NodalMatrix &matrix) const {
+  if (parameters_.preconditioner == "simplec")
+    return std::make_unique<Simplec>(matrix);
+  return std::make_unique<BlockILU>(matrix);
 }
 
 /// y = (A + sum R c c^T) x: the resistances couple all nodes of an orifice, hence are kept out of the matrix.
@@ -251,23 +259,25 @@ void NavierStokesProblem::apply(Vector &y, const Vector &x) const {
       y.add(orifice->resistance * (orifice->flux * x), orifice->flux);
 }
 
+void NavierStokesProblem::residual(const Vector &x, Vector &r) const {
+  Vector change = x;
+  change -= guess_;
+  apply(r, change);
+  r += residual_;
+}
+
 fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
-  Vector datum = space_.make_vector(4); // alpha M v* - W*
-  if (interface_) {
-    Vector v = wall_velocity;
-    v.update_ghost_values();
-    interface_->apply_mass(interface_weights_, v, datum);
-    datum -= wall_force;
-    fem::zero_constrained(datum, constrained_);
-  }
-  Vector b = datum;
+  update_datum(wall_velocity, wall_force, iteration);
+  Vector b = datum_;
   b -= residual_;
   Vector loads = b;
   loads += guess_load_;
   const double norm = b.l2_norm(), tolerance = parameters_.tolerance * std::max(1., loads.l2_norm() / norm);
 
-  if (iteration == 0)
+  if (iteration == 0) {
+    refresh_preconditioner();
     increment_ = 0;
+  }
   fem::LinearStatistics statistics;
   if (norm > 0 && tolerance < 1)
     statistics = fem::solve_linear("Navier-Stokes", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); },
@@ -283,9 +293,28 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   if (interface_) {
     interface_->apply_mass(interface_weights_, x_, force_);
     fem::zero_constrained(force_, constrained_);
-    force_ -= datum;
+    force_ -= datum_;
   }
   return statistics;
+}
+
+void NavierStokesProblem::update_datum(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
+  if (!interface_)
+    return;
+  Vector next = space_.make_vector(4), v = wall_velocity;
+  v.update_ghost_values();
+  interface_->apply_mass(interface_weights_, v, next);
+  next -= wall_force;
+  fem::zero_constrained(next, constrained_);
+  if (iteration == 0)
+    anderson_.restart();
+  datum_ = iteration == 0 ? next : anderson_.next(datum_, next);
+}
+
+void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
+  x_ = x;
+  x_.update_ghost_values();
+  force_ = blood_force;
 }
 
 void NavierStokesProblem::commit() {
@@ -304,11 +333,41 @@ Vector NavierStokesProblem::reaction() const {
   return r;
 }
 
+void NavierStokesProblem::add_pressure(double pressure) {
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
+    x_.local_element(4 * node + 3) += pressure / pressure_scale_;
+  x_.update_ghost_values();
+  force_.add(pressure, unit_pressure_force());
+}
+
+Vector NavierStokesProblem::unit_pressure_force() const {
+  Vector b = interface_->flux_functional();
+  fem::zero_constrained(b, constrained_);
+  return b;
+}
+
 double NavierStokesProblem::volume_defect(const Vector &wall_velocity) const {
   if (!interface_)
     return 0;
   const Vector c = interface_->flux_functional();
   return c * x_ - c * wall_velocity;
+}
+
+NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_velocity) const {
+  Budget budget;
+  if (!interface_)
+    return budget;
+  Vector jump = x_, datum_change = space_.make_vector(4); // off the interface nothing reads the jump
+  jump -= wall_velocity;
+  jump.update_ghost_values();
+  budget.volume_defect = volume_defect(wall_velocity);
+  budget.power = force_ * jump;
+  interface_->apply_mass(interface_weights_, jump, datum_change);
+  fem::zero_constrained(datum_change, constrained_);
+  budget.disagreement = std::sqrt(alpha_ * std::abs(datum_change * jump) / interface_->area());
+  if (const double norm = datum_.l2_norm(); norm > 0)
+    budget.datum_residual = datum_change.l2_norm() / norm;
+  return budget;
 }
 
 void NavierStokesProblem::update_averages() {

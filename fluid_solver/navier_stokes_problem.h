@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/fem/anderson.h"
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
@@ -39,6 +40,12 @@ class NavierStokesProblem {
  public:
   NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt);
 
+  /// The Robin coefficient, from the next `prepare` on.
+  void set_alpha(double alpha) { alpha_ = alpha; }
+  double alpha() const { return alpha_; }
+  /// Iterations within a step take their datum from Anderson's method.
+  void accelerate() { anderson_ = fem::Anderson<fem::Vector>(10); }
+
   /// Adds a valve; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
 
@@ -56,6 +63,8 @@ class NavierStokesProblem {
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
   /// from the extrapolated old states, the others from the last solution of the step.
   fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
+  /// Raises the pressure everywhere, and the force on the wall with it.
+  void add_pressure(double pressure);
   /// The new state becomes the old one.
   void commit();
 
@@ -66,8 +75,33 @@ class NavierStokesProblem {
   const fem::LagrangeSpace &space() const { return space_; }
   const fem::NodalMatrix &matrix() const { return A_; }
   const fem::Constraints &constraints() const { return constrained_; }
+
+  // For those who solve more than the fluid: the step is a linear system A (x - guess) = -residual(guess) in between.
+  const fem::Vector &guess() const { return guess_; }
+  const std::vector<bool> &open_orifices() const { return orifices_open_; }
+  /// Holds these velocities, too.
+  void constrain(const fem::Constraints &constrained);
+  /// r = all terms but the wall's at the state x.
+  void residual(const fem::Vector &x, fem::Vector &r) const;
+  /// y = A x, with the resistances of open orifices.
+  void apply(fem::Vector &y, const fem::Vector &x) const;
+  /// Of the kind the parameters ask for.
+  std::unique_ptr<fem::Preconditioner> make_preconditioner(const fem::NodalMatrix &matrix) const;
+  /// Takes a state that somebody else has found, with the force on the wall.
+  void accept(const fem::Vector &x, const fem::Vector &blood_force);
+
   /// int_S (u - v).n of the new state, with v the wall's velocity (ghosts not needed).
   double volume_defect(const fem::Vector &wall_velocity) const;
+  /// b.u = int_S u.n over the interface: the nodal forces of a unit pressure.
+  fem::Vector unit_pressure_force() const;
+  /// What the new state leaves of the interface's conditions, with v the wall's new velocity (ghosts not needed).
+  struct Budget {
+    double volume_defect = 0;  ///< int (u - v).n [m^3/s]
+    double power = 0;          ///< L.(u - v) [W]
+    double disagreement = 0;   ///< alpha |u - v|, root mean square [Pa]
+    double datum_residual = 0; ///< |g' - g| / |g| with the last datum g and the next, g' = alpha M v - L
+  };
+  Budget budget(const fem::Vector &wall_velocity) const;
   double volume() const { return volume_; }               ///< of the moved fluid domain [m^3]
   double mean_pressure() const { return mean_pressure_; } ///< over the moved domain, of the latest solution [Pa]
   /// -a_f(u, p; w) of the new state, evaluated afresh: on interface test functions it must equal blood_force().
@@ -86,7 +120,7 @@ class NavierStokesProblem {
   void integrate_cells(const fem::Vector &state, fem::NodalMatrix *A, fem::Vector &residual) const;
   void add_surface_terms();
   void refresh_preconditioner();
-  void apply(fem::Vector &y, const fem::Vector &x) const;
+  void update_datum(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration);
   void update_averages();
   template <class Action>
   void visit_batches(const fem::Vector &state, const Action &action) const;
@@ -99,7 +133,7 @@ class NavierStokesProblem {
   std::vector<double> interface_weights_; // alpha |n da|
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
-  fem::Constraints constrained_;
+  fem::Constraints constrained_, constrained_by_others_;
   fem::NodalMatrix A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
@@ -109,7 +143,8 @@ class NavierStokesProblem {
   fem::Vector guess_, increment_; // x = guess + increment
   fem::Vector residual_;          // of the guess, all terms but the wall's
   fem::Vector guess_load_;        // A guess
-  fem::Vector force_;
+  fem::Vector datum_, force_;     // of the Robin condition: alpha M v* - W*, but for acceleration; L
+  fem::Anderson<fem::Vector> anderson_{0};
   double volume_ = 0, mean_pressure_ = 0;
 };
 

@@ -27,6 +27,10 @@ class Printer : public Section {
                 const std::string &meaning) override {
     entries_.push_back({key, with_unit(value, unit), meaning, {}});
   }
+  void quantity_or(const std::string &key, double &value, const std::string &unit, Range, const std::string &word,
+                   bool &is_word, const std::string &meaning) override {
+    entries_.push_back({key, is_word ? word : with_unit(value, unit), meaning + ", or '" + word + "'", {}});
+  }
   void number(const std::string &key, double &value, Range, const std::string &meaning) override {
     entries_.push_back({key, shortest(value), meaning, {}});
   }

@@ -38,6 +38,17 @@ class Reader final : public Section {
       value = checked(key, converted(key, [&] { return parse_quantity(node->value, unit); }), range, unit);
   }
 
+  void quantity_or(const std::string &key, double &value, const std::string &unit, Range range,
+                   const std::string &word, bool &is_word, const std::string &meaning) override {
+    const Node *node = node_ ? node_->find(key) : nullptr;
+    if (node && node->kind == Node::Kind::scalar)
+      is_word = node->value == word;
+    if (node && is_word)
+      take(key);
+    else
+      quantity(key, value, unit, range, meaning);
+  }
+
   void number(const std::string &key, double &value, Range range, const std::string &) override {
     if (const Node *node = scalar(key))
       value = checked(key, converted(key, [&] { return parse_number(node->value); }), range, "");

@@ -33,6 +33,9 @@ class Section {
   /// `unit` is what the code computes in; the scene may use any unit of the same dimension ("0.2 ms", "10 mmHg").
   virtual void quantity(const std::string &key, double &value, const std::string &unit, Range range,
                         const std::string &meaning) = 0;
+  /// The same, or one word in its place: `is_word` tells which.
+  virtual void quantity_or(const std::string &key, double &value, const std::string &unit, Range range,
+                           const std::string &word, bool &is_word, const std::string &meaning) = 0;
   /// A plain number without a unit.
   virtual void number(const std::string &key, double &value, Range range, const std::string &meaning) = 0;
   virtual void integer(const std::string &key, int &value, Range range, const std::string &meaning) = 0;

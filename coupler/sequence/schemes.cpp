@@ -13,63 +13,75 @@ Node transfer(const std::string &field, const std::string &from, const std::stri
   return {Node::Kind::transfer, from, "", to, field, 1, {}};
 }
 Node repeat(int times, const Nodes &body) { return {Node::Kind::repeat, "", "", "", "", times, body}; }
+Node until(const std::string &who, const std::string &scalar, double limit, int at_most, const Nodes &body) {
+  return {Node::Kind::until, who, "", "", scalar, at_most, body, limit};
+}
+Node required(Node node) {
+  node.required = true;
+  return node;
+}
+Nodes operator+(Nodes first, const Nodes &second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
 
-// Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest.
+// Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest. The fluid is
+// told how large alpha may be.
 Nodes start() {
-  return {order("mech", "inflate"), transfer("displacement", "mech", "ale"), solve("ale"),
-          transfer("mesh_motion", "ale", "fluid"), order("fluid", "start")};
+  return {order("mech", "inflate"),
+          order("mech", "impedance"),
+          transfer("displacement", "mech", "ale"),
+          solve("ale"),
+          transfer("mesh_motion", "ale", "fluid"),
+          transfer("alpha_limit", "mech", "fluid"),
+          order("fluid", "start")};
 }
 
-/// The loosely coupled scheme of the paper: electrophysiology, active force, the fluid's mesh moved by d^n (explicit
-/// geometry), the fluid with a Robin condition on the wall, the wall with the blood's force. Last, the budget: what the
-/// wall's new velocity leaves of volume and power.
-Nodes EFS1() {
-  return {
-      solve("ep"),
-      transfer("calcium", "ep", "mech"),
-      prepare("mech"),
-      transfer("displacement", "mech", "ale"),
-      solve("ale"),
-      transfer("mesh_motion", "ale", "fluid"),
-      transfer("wall_velocity", "mech", "fluid"),
-      transfer("wall_force", "mech", "fluid"),
-      solve("fluid"),
-      transfer("blood_force", "fluid", "mech"),
-      solve("mech"),
-      transfer("wall_velocity", "mech", "fluid"),
-      order("fluid", "budget"),
-      commit("ep"),
-      commit("mech"),
-      commit("ale"),
-      commit("fluid"),
-  };
+// What precedes fluid and wall in each step: electrophysiology, active force, the fluid's mesh moved by d^n (explicit
+// geometry) and, when alpha follows the wall's impedance, that.
+Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
+Nodes impedance() { return {order("mech", "impedance"), transfer("alpha_limit", "mech", "fluid")}; }
+Nodes geometry() {
+  return {transfer("displacement", "mech", "ale"), solve("ale"), transfer("mesh_motion", "ale", "fluid")};
 }
 
-/// E1FSk: fluid and wall are solved k times, each time with the wall's last velocity and the blood's last force in the
-/// Robin condition. E1FS1 is EFS1; k -> infinity is the monolithic step.
-Nodes E1FS(int k) {
-  return {
-      solve("ep"),
-      transfer("calcium", "ep", "mech"),
-      prepare("mech"),
-      transfer("displacement", "mech", "ale"),
-      solve("ale"),
-      transfer("mesh_motion", "ale", "fluid"),
-      repeat(k,
-             {
-                 transfer("wall_velocity", "mech", "fluid"),
-                 transfer("wall_force", "mech", "fluid"),
-                 solve("fluid"),
-                 transfer("blood_force", "fluid", "mech"),
-                 solve("mech"),
-             }),
-      transfer("wall_velocity", "mech", "fluid"),
-      order("fluid", "budget"),
-      commit("ep"),
-      commit("mech"),
-      commit("ale"),
-      commit("fluid"),
-  };
+/// Once fluid and wall: the fluid with a Robin condition made of the wall's last velocity and force, the wall with the
+/// blood's force.
+Nodes blood_and_wall() {
+  return {transfer("wall_velocity", "mech", "fluid"), transfer("wall_force", "mech", "fluid"), solve("fluid"),
+          transfer("blood_force", "fluid", "mech"), solve("mech")};
+}
+
+/// What the wall's new velocity leaves of volume and power.
+Nodes budget() { return {transfer("wall_velocity", "mech", "fluid"), order("fluid", "budget")}; }
+
+Nodes commit() { return {commit("ep"), commit("mech"), commit("ale"), commit("fluid")}; }
+
+/// The loosely coupled scheme of the paper: fluid and wall once a step.
+Nodes EFS1() { return blood_and_wall() + budget(); }
+
+/// E1FSk: fluid and wall k times. E1FS1 is EFS1; k -> infinity is the monolithic step.
+Nodes E1FS(int k) { return Nodes{repeat(k, blood_and_wall())} + budget(); }
+
+/// E1FSk with as many iterations as it takes until the Robin datum does not change any more.
+Nodes E1FS(int at_most, double tolerance) {
+  return {required(until("fluid", "datum_residual", tolerance, at_most, blood_and_wall() + budget()))};
+}
+
+/// As many iterations as it takes until the step keeps the cavity's volume.
+Nodes adaptive(int at_most, double epsilon) {
+  return {until("fluid", "volume_loss", epsilon, at_most, blood_and_wall() + budget())};
+}
+
+/// E1FSk while all valves are closed, EFS1 otherwise.
+Nodes by_phase(int k) { return {until("fluid", "isovolumetric", 0.5, k, blood_and_wall() + budget())}; }
+
+/// EFS1, then a pressure that is the same everywhere and moves the wall so that the cavity's volume is kept.
+Nodes EFS1_corrected() {
+  return blood_and_wall() +
+         Nodes{transfer("blood_velocity", "fluid", "mech"), transfer("unit_pressure_force", "fluid", "mech"),
+               order("mech", "correct"), transfer("pressure_correction", "mech", "fluid"), order("fluid", "correct")} +
+         budget();
 }
 
 // The same with wall and blood in one participant.
@@ -100,16 +112,25 @@ Nodes electromechanics() {
   };
 }
 
+Nodes interaction(const CouplingParameters &coupling) {
+  if (coupling.scheme == "E1FS")
+    return coupling.tolerance > 0 ? E1FS(coupling.iterations, coupling.tolerance) : E1FS(coupling.iterations);
+  if (coupling.scheme == "adaptive")
+    return adaptive(coupling.iterations, coupling.epsilon);
+  if (coupling.scheme == "by_phase")
+    return by_phase(coupling.iterations);
+  return coupling.scheme == "EFS1" ? EFS1() : EFS1_corrected();
+}
+
 } // namespace
 
-Sequence make_sequence(const std::string &scheme, int iterations) {
-  if (scheme == "EFS1")
-    return {scheme, start(), EFS1()};
-  if (scheme == "E1FS")
-    return {scheme + " with k = " + std::to_string(iterations), start(), E1FS(iterations)};
-  if (scheme == "E1FSinf")
-    return {scheme, merged_start(), E1FSinf()};
-  return {scheme, start(), electromechanics()};
+Sequence make_sequence(const CouplingParameters &coupling) {
+  if (coupling.scheme == "E1FSinf")
+    return {coupling.scheme, merged_start(), E1FSinf()};
+  if (coupling.scheme == "electromechanics")
+    return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
+  const Nodes limit = coupling.automatic_alpha ? impedance() : Nodes{};
+  return {coupling.scheme, start(), activation() + limit + geometry() + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler

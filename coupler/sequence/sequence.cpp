@@ -1,5 +1,7 @@
 #include "coupler/sequence/sequence.h"
 
+#include "common/config/units.h"
+
 #include <algorithm>
 
 namespace heartbus::coupler {
@@ -14,8 +16,11 @@ const bus::ParticipantInfo *find(const std::vector<bus::ParticipantInfo> &partic
 }
 
 bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
+  const bool repeats = node.kind == Node::Kind::repeat || node.kind == Node::Kind::until;
+  if (repeats && node.body.empty())
+    return false;
   if (node.kind == Node::Kind::repeat)
-    return !node.body.empty();
+    return true;
   const auto *participant = find(participants, node.participant);
   if (!participant || (node.kind == Node::Kind::transfer && !find(participants, node.receiver)))
     return false;
@@ -40,9 +45,13 @@ void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions)
         iteration = i;
         write_out(node.body, iteration, actions);
       }
+    else if (node.kind == Node::Kind::until)
+      write_out(node.body, iteration, actions);
     else
       actions.push_back({node, iteration});
 }
+
+std::string to_text(const Nodes &nodes);
 
 std::string to_text(const Node &node) {
   switch (node.kind) {
@@ -57,12 +66,12 @@ std::string to_text(const Node &node) {
   case Node::Kind::transfer:
     return node.field + " " + node.participant + "->" + node.receiver;
   case Node::Kind::repeat:
-    break;
+    return std::to_string(node.times) + " times (" + to_text(node.body) + ")";
+  case Node::Kind::until:
+    return "until " + node.field + " of " + node.participant + " < " + config::shortest(node.limit) + ", at most " +
+           std::to_string(node.times) + " times (" + to_text(node.body) + ")";
   }
-  std::string text = std::to_string(node.times) + " times (";
-  for (const Node &inner : node.body)
-    text += (&inner == &node.body.front() ? "" : "; ") + to_text(inner);
-  return text + ")";
+  return "";
 }
 
 std::string to_text(const Nodes &nodes) {
@@ -78,10 +87,9 @@ Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> 
   return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants)};
 }
 
-std::vector<Action> written_out(const Nodes &nodes) {
+std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
   std::vector<Action> actions;
-  int iteration = 0;
-  write_out(nodes, iteration, actions);
+  write_out(nodes, first_iteration, actions);
   return actions;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/bus/coordinator.h"
+#include "common/schema/scene.h"
 
 #include <string>
 #include <utility>
@@ -10,14 +11,18 @@ namespace heartbus::coupler {
 
 /// One line of a coupling scheme.
 struct Node {
-  enum class Kind { prepare, solve, commit, task, transfer, repeat };
+  /// until: the body is repeated until a scalar of a participant is below a limit. The coupler waits for it, hence this
+  /// may not stand within a repetition.
+  enum class Kind { prepare, solve, commit, task, transfer, repeat, until };
   Kind kind = Kind::solve;
-  std::string participant; ///< who acts, or who sends
+  std::string participant; ///< who acts, or who sends, or whose scalar it is
   std::string task;        ///< of Kind::task
   std::string receiver;    ///< of Kind::transfer
-  std::string field;       ///< of Kind::transfer
-  int times = 1;           ///< of Kind::repeat
-  std::vector<Node> body;  ///< of Kind::repeat
+  std::string field;       ///< of Kind::transfer; of Kind::until the scalar
+  int times = 1;           ///< of Kind::repeat, and at most of Kind::until
+  std::vector<Node> body;  ///< of Kind::repeat and Kind::until
+  double limit = 0;        ///< of Kind::until
+  bool required = false;   ///< of Kind::until: the run fails when the limit is not reached
 };
 using Nodes = std::vector<Node>;
 
@@ -27,18 +32,18 @@ struct Sequence {
   Nodes start, step;
 };
 
-/// The scheme of this name: EFS1, E1FS (with so many iterations), E1FSinf, electromechanics.
-Sequence make_sequence(const std::string &scheme, int iterations);
+/// The scheme that the scene asks for.
+Sequence make_sequence(const CouplingParameters &coupling);
 
 /// Without the lines whose participants are absent, and without tasks that a participant does not offer.
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
-/// A node of the sequence with repetitions written out.
+/// A node of the sequence with repetitions written out, those without a fixed number once.
 struct Action {
   Node node;
   int iteration = 0; ///< of the innermost repetition; keeps its last value after it
 };
-std::vector<Action> written_out(const Nodes &nodes);
+std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
 
 /// As printed at the start of a run.
 std::string to_text(const Sequence &sequence);

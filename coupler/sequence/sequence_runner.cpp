@@ -1,6 +1,9 @@
 #include "coupler/sequence/sequence_runner.h"
 
 #include "common/config/nearest.h"
+#include "common/config/units.h"
+
+#include <algorithm>
 
 namespace heartbus::coupler {
 
@@ -18,7 +21,7 @@ bus::Command::Kind kind_of(const Node &node) {
 
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step) {
   std::vector<std::pair<std::string, bus::Command>> stream;
-  for (const auto &[node, iteration] : written_out(nodes)) {
+  for (const auto &[node, iteration] : written_out(nodes, step.iteration)) {
     step.iteration = iteration;
     if (node.kind == Node::Kind::transfer) {
       const int route = routes.at({node.participant, node.receiver, node.field});
@@ -43,10 +46,50 @@ void SequenceRunner::connect(const Nodes &nodes) {
         at->second = coordinator_.connect(node.participant, node.receiver, node.field);
 }
 
-SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, const bus::Step &step) {
+SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, bus::Step step) {
+  const auto is_until = [](const Node &node) { return node.kind == Node::Kind::until; };
+  auto node = nodes.begin();
+  while (node != nodes.end()) {
+    const auto end = std::find_if(node, nodes.end(), is_until);
+    order(Nodes(node, end), step);
+    node = end;
+    if (node != nodes.end())
+      repeat_until(*node++, step);
+  }
+  return wait_reports(step);
+}
+
+void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
     coordinator_.order(participant, command);
-  return wait_reports(step);
+}
+
+void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
+  const auto &scalars = coordinator_.participant(node.participant).scalars;
+  const auto scalar = std::find_if(scalars.begin(), scalars.end(), [&](const auto &s) { return s.name == node.field; });
+  if (scalar == scalars.end())
+    throw Failure(ExitCode::handshake, "the scheme waits for '" + node.field + "', which '" + node.participant +
+                                           "' does not report");
+  double value = 0;
+  for (step.iteration = 0; step.iteration < node.times; ++step.iteration) {
+    order(node.body, step);
+    coordinator_.order(node.participant, {bus::Command::Kind::report, "", -1, step});
+    coordinator_.flush();
+    const bus::Report report = coordinator_.wait_report(node.participant);
+    for (const auto &[work, seconds] : report.seconds)
+      seconds_before_[node.participant][work] += seconds;
+    value = report.scalars[scalar - scalars.begin()];
+    if (value < node.limit)
+      return;
+  }
+  --step.iteration;
+  if (node.required)
+    throw Failure(ExitCode::not_converged,
+                  "step " + std::to_string(step.number) + ": blood and wall do not agree after " +
+                      std::to_string(node.times) + " iterations: '" + node.field + "' is " + config::shortest(value) +
+                      " where " + config::shortest(node.limit) +
+                      " is wanted; allow more 'coupling.iterations', or help them by 'coupling.acceleration: anderson' "
+                      "or 'coupling.alpha: auto'");
 }
 
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,
@@ -68,6 +111,10 @@ SequenceRunner::Reports SequenceRunner::wait_reports(const bus::Step &step) {
   Reports reports;
   for (const auto &participant : coordinator_.participants())
     reports[participant.name] = coordinator_.wait_report(participant.name);
+  for (const auto &[participant, works] : seconds_before_)
+    for (const auto &[work, seconds] : works)
+      reports[participant].seconds[work] += seconds;
+  seconds_before_.clear();
   return reports;
 }
 

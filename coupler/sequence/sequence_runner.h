@@ -14,7 +14,8 @@ using Routes = std::map<std::tuple<std::string, std::string, std::string>, int>;
 /// order, independently of the others but for what it receives.
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step);
 
-/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step.
+/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step, and where a
+/// repetition depends on what somebody reports.
 class SequenceRunner {
  public:
   /// Connects the routes that the sequence uses.
@@ -33,13 +34,17 @@ class SequenceRunner {
 
  private:
   void connect(const Nodes &nodes);
-  Reports run(const Nodes &nodes, const bus::Step &step);
+  Reports run(const Nodes &nodes, bus::Step step);
+  void order(const Nodes &nodes, const bus::Step &step);
+  /// Leaves the last iteration in `step`.
+  void repeat_until(const Node &node, bus::Step &step);
   void order_all(const bus::Command &command);
   Reports wait_reports(const bus::Step &step);
 
   bus::Coordinator &coordinator_;
   Sequence sequence_;
   Routes routes_;
+  std::map<std::string, std::map<std::string, double>> seconds_before_; ///< reported within the step
 };
 
 } // namespace heartbus::coupler

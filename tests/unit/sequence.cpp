@@ -21,9 +21,11 @@ bus::ParticipantInfo participant(const std::string &name, const std::vector<std:
 
 std::vector<bus::ParticipantInfo> heart() {
   return {participant("ep", {"calcium"}, {}, {}),
-          participant("mech", {"displacement", "wall_velocity", "wall_force"}, {"calcium", "blood_force"}, {"inflate"}),
+          participant("mech", {"displacement", "wall_velocity", "wall_force", "alpha_limit"}, {"calcium", "blood_force"},
+                      {"inflate", "impedance"}),
           participant("ale", {"mesh_motion"}, {"displacement"}, {}),
-          participant("fluid", {"blood_force"}, {"mesh_motion", "wall_velocity", "wall_force"}, {"start", "budget"})};
+          participant("fluid", {"blood_force"}, {"mesh_motion", "wall_velocity", "wall_force", "alpha_limit"},
+                      {"start", "budget"})};
 }
 
 std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all, const std::string &name) {
@@ -35,7 +37,13 @@ std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all,
   return all;
 }
 
-Sequence scheme(const std::string &name, int iterations = 1) { return make_sequence(name, iterations); }
+Sequence scheme(const std::string &name, int iterations = 1, double tolerance = 0) {
+  CouplingParameters coupling;
+  coupling.scheme = name;
+  coupling.iterations = iterations;
+  coupling.tolerance = tolerance;
+  return make_sequence(coupling);
+}
 
 std::string stream(const Sequence &sequence) {
   Routes routes;
@@ -82,6 +90,22 @@ TEST(Sequence, E1FSRepeatsFluidAndWallOnlyAndCountsIterations) {
   EXPECT_EQ(count(text, "mech " + solve + " -1 7.2"), 1);
 }
 
+TEST(Sequence, RepetitionsWithoutAFixedNumberAreReadAsOne) {
+  const std::string text = to_text(scheme("E1FS", 20, 1e-8));
+  EXPECT_NE(text.find("until datum_residual of fluid < 1e-08, at most 20 times (wall_velocity mech->fluid; "),
+            std::string::npos)
+      << text;
+  int solves = 0;
+  for (const auto &[node, iteration] : written_out(scheme("E1FS", 20, 1e-8).step))
+    solves += node.kind == Node::Kind::solve && node.participant == "fluid";
+  EXPECT_EQ(solves, 1);
+}
+
+TEST(Sequence, IterationsGoOnFromTheOneBefore) {
+  const Nodes nodes{{Node::Kind::solve, "a", "", "", "", 1, {}}};
+  EXPECT_EQ(commands(nodes, {}, {7, 3, 1.4e-3, 2e-4})[0].second.step.iteration, 3);
+}
+
 TEST(Sequence, EveryTransferIsSentOnceAndReceivedOnce) {
   int sent = 0, received = 0;
   Routes routes{{{"a", "b", "f"}, 4}};
@@ -97,6 +121,9 @@ TEST(Sequence, EveryTransferIsSentOnceAndReceivedOnce) {
 TEST(Sequence, AllSchemesPassTheChecksWithTheirParticipants) {
   EXPECT_EQ(complaint(scheme("EFS1"), heart()), "");
   EXPECT_EQ(complaint(scheme("E1FS", 4), heart()), "");
+  EXPECT_EQ(complaint(scheme("E1FS", 4, 1e-8), heart()), "");
+  EXPECT_EQ(complaint(scheme("adaptive", 4), heart()), "");
+  EXPECT_EQ(complaint(scheme("by_phase", 4), heart()), "");
   const auto fsi = participant("fsi", {"displacement"}, {"calcium", "mesh_motion"}, {"inflate", "start"});
   EXPECT_EQ(complaint(scheme("E1FSinf"), {heart()[0], heart()[2], fsi}), "");
   EXPECT_EQ(complaint(scheme("electromechanics"), without(without(heart(), "ale"), "fluid")), "");
