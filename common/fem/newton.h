@@ -56,6 +56,10 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
     problem.linearise(x);
     ++statistics.tangents;
   };
+  // An update far below its tolerance means that what is left of the residual is rounding.
+  const auto only_rounding_left = [&] {
+    return statistics.iterations > 0 && statistics.update <= 1e-4 * settings.update_tolerance;
+  };
   const auto small = [&](const ResidualSize &size, double factor) {
     return size.norm <= factor * settings.residual_tolerance * size.scale;
   };
@@ -72,7 +76,7 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
   }
   // Nothing to do, e.g. at rest, is told by a residual far below the tolerance.
   while (!(small(size, 1) && statistics.iterations > 0 && statistics.update <= settings.update_tolerance) &&
-         !small(size, 1e-3)) {
+         !small(size, 1e-3) && !only_rounding_left()) {
     if (statistics.iterations == settings.max_iterations)
       fail("this is the largest number allowed");
     ++statistics.iterations;
