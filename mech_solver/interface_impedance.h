@@ -12,8 +12,9 @@ namespace heartbus::mech {
 ///
 /// Robin-Neumann iterations in a closed cavity multiply the error of a motion by 1 - alpha/Z(dt): they diverge for some
 /// motion beyond alpha = 2 Z_min(dt). The loosely coupled scheme takes one iteration a step and fails by an alternating
-/// motion, for which differences in time make 4 M/dt^2 + 2 C/dt + K = A(dt/2) of A(dt): beyond alpha = 2 Z(dt/2) (closed
-/// cavity of the model problem of Causin, Gerbeau and Nobile 2005, doi:10.1016/j.cma.2004.12.005).
+/// motion, for which differences in time make 4 M/dt^2 + 2 C/dt + K = A(dt/2) of A(dt): beyond alpha = 2 Z(dt/2) for
+/// uniform motion, 2 Z_min(dt/2) for any (limit of a heavy fluid in the model problem of Causin, Gerbeau and Nobile 2005,
+/// doi:10.1016/j.cma.2004.12.005; blood that moves along makes both milder).
 class InterfaceImpedance {
  public:
   explicit InterfaceImpedance(ElasticityProblem &problem);

@@ -147,12 +147,12 @@ void MechSolver::update_alpha_limit(const bus::Step &step) {
   if (!impedance_is_old_)
     return;
   impedance_is_old_ = false;
-  // Iterations fail by their most compliant motion; a single one by that of the whole interface.
-  double limit = 2 * impedance_->uniform(step.size / 2);
+  double limit = 2 * impedance_->smallest(step.size / 2);
   if (coupling_.iterates() && coupling_.iterations > 1)
     limit = std::min(limit, 2 * impedance_->smallest(step.size));
-  log_->info("t = {:.4f} s: the wall's impedance allows alpha up to {:.0f} kg/(m^2 s)", step.time, limit);
-  log_->info("STUDY uniform(dt/2) {} uniform(dt) {} smallest(dt/2) {} smallest(dt) {}",2*impedance_->uniform(step.size / 2),2*impedance_->uniform(step.size),2*impedance_->smallest(step.size / 2),2*impedance_->smallest(step.size));
+  if (step.number == 0)
+    log_->info("the wall's impedance allows alpha up to {:.0f} kg/(m^2 s) (EFS1 and uniform motion alone: {:.0f})", limit,
+               2 * impedance_->uniform(step.size / 2));
   alpha_limit_.assign(alpha_limit_.size(), limit);
 }
 

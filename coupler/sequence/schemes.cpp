@@ -78,9 +78,16 @@ Nodes by_phase(int k) { return {until("fluid", "isovolumetric", 0.5, k, blood_an
 
 /// EFS1, then a pressure that is the same everywhere and moves the wall so that the cavity's volume is kept.
 Nodes EFS1_corrected() {
-  return blood_and_wall() +
-         Nodes{transfer("blood_velocity", "fluid", "mech"), transfer("unit_pressure_force", "fluid", "mech"),
-               order("mech", "correct"), transfer("pressure_correction", "mech", "fluid"), order("fluid", "correct")} +
+  return Nodes{transfer("wall_velocity", "mech", "fluid"),
+               transfer("wall_force", "mech", "fluid"),
+               solve("fluid"),
+               transfer("blood_force", "fluid", "mech"),
+               transfer("blood_velocity", "fluid", "mech"),
+               transfer("unit_pressure_force", "fluid", "mech"),
+               solve("mech"),
+               order("mech", "correct"),
+               transfer("pressure_correction", "mech", "fluid"),
+               order("fluid", "correct")} +
          budget();
 }
 
@@ -130,7 +137,8 @@ Sequence make_sequence(const CouplingParameters &coupling) {
   if (coupling.scheme == "electromechanics")
     return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
   const Nodes limit = coupling.automatic_alpha ? impedance() : Nodes{};
-  return {coupling.scheme, start(), activation() + limit + geometry() + interaction(coupling) + commit()};
+  const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
+  return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(), activation() + limit + geometry() + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler
