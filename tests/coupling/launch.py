@@ -23,7 +23,7 @@ class Launch:
         try:
             if during:
                 during(process)
-            self.output, _ = process.communicate(timeout=120)
+            self.output, _ = process.communicate(timeout=600)
         finally:
             process.kill()
         self.seconds = time.monotonic() - begin
