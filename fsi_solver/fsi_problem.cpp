@@ -6,6 +6,10 @@ using fem::Vector;
 
 namespace {
 
+/// How well a linear system of Newton's method is solved at most. Better solutions save few of its iterations: one heartbeat's
+/// step takes 8.4, 9.6, 11.2 linear iterations with 1e-2, 1e-3, 1e-4.
+constexpr double linear_tolerance = 1e-2;
+
 /// The solid's constraints on the interface, as the fluid numbers its degrees of freedom.
 fem::Constraints held_by_the_wall(const MergedSpace &space, const fem::Constraints &held) {
   Vector wall = space.solid().make_vector(3), blood = space.fluid().make_vector(4);
@@ -39,10 +43,6 @@ fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
     fresh_iterations_ = last_iterations_;
   displace(x);
   d = d_;
-  solid_.residual(d_, y_s_);
-  force_ = 0;
-  space_.add_force(y_s_, force_);
-  fem::zero_constrained(force_, fluid_.constraints());
   fluid_.accept(x_f_, force_);
   return statistics;
 }
@@ -58,9 +58,11 @@ void FsiProblem::displace(const Vector &x) {
 fem::ResidualSize FsiProblem::residual(const Vector &x, Vector &r) {
   displace(x);
   fem::ResidualSize size = solid_.residual(d_, y_s_);
+  force_ = 0;
+  space_.add_force(y_s_, force_);
+  fem::zero_constrained(force_, fluid_.constraints());
   fluid_.residual(x_f_, y_f_);
-  space_.add_force(y_s_, y_f_);
-  fem::zero_constrained(y_f_, fluid_.constraints());
+  y_f_ += force_;
   space_.clear_wall(y_s_);
   space_.merge(y_f_, y_s_, r);
   size.norm = r.l2_norm();
@@ -99,7 +101,7 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   Vector b(r);
   b *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
-  const double tolerance = std::max(solid_.linear_tolerance(), 0.1 * wanted_residual_ / b.l2_norm());
+  const double tolerance = std::max(linear_tolerance, 0.1 * wanted_residual_ / b.l2_norm());
   return fem::solve_linear("fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
                            *preconditioner_, tolerance)
       .iterations;

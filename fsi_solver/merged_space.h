@@ -14,7 +14,7 @@ class MergedSpace {
   void split(const fem::Vector &x, fem::Vector &fluid, fem::Vector &solid) const;
   void merge(const fem::Vector &fluid, const fem::Vector &solid, fem::Vector &x) const;
 
-  /// solid = factor * velocity on the interface.
+  /// solid = factor * fluid on the interface.
   void move_wall(const fem::Vector &fluid, double factor, fem::Vector &solid) const;
   /// fluid += solid on the interface: from rows of the wall to rows of the blood.
   void add_force(const fem::Vector &solid, fem::Vector &fluid) const;

@@ -258,7 +258,8 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   size.scale = r.l2_norm(); // with the reactions, so that it does not vanish in equilibrium
   pericardium_.add_force(d, dt_ > 0 ? &velocity_ : nullptr, r);
   for (const auto &surface : interface_)
-    surface.add_force(interface_pressure, d, r);
+    if (interface_pressure != 0)
+      surface.add_force(interface_pressure, d, r);
   for (const auto &surface : end_)
     surface.add_force(end_pressure, d, r);
   r.zero_out_ghost_values();

@@ -37,7 +37,6 @@ class ElasticityProblem {
   /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
   void begin_dynamic(double dt);
   fem::NewtonSettings newton_settings() const;
-  double linear_tolerance() const { return solver_.linear_tolerance; }
   /// Whether a displacement may serve as Newton's start: no cell is near inversion. Collective.
   bool is_valid(const fem::Vector &d);
   /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.

@@ -1,4 +1,5 @@
 #include "ale_solver/lifting_problem.h"
+#include "common/fem/anderson.h"
 #include "common/geometry/shapes.h"
 #include "fluid_test.h"
 #include "fsi_solver/fsi_problem.h"
@@ -25,7 +26,6 @@ struct Scene {
   Scene() {
     mech.solver.residual_tolerance = 1e-11;
     mech.solver.update_tolerance = 1e-9;
-    mech.solver.linear_tolerance = 1e-4;
     fluid.tolerance = ale.tolerance = 1e-12;
   }
 };
@@ -144,8 +144,8 @@ struct Monolithic : Run {
   unsigned newton_iterations = 0, linear_iterations = 0;
 };
 
-/// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum alpha (d - d^n)/dt and L -> L, accelerated by the method of
-/// Anderson (doi 10.1145/321296.321305), until the force L on the wall stays.
+/// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum made of (d - d^n)/dt and L -> L until the force L on the
+/// wall stays.
 struct RobinNeumann : Run {
   explicit RobinNeumann(const Scene &scene) : Run(scene, 5000), L(cavity.make_vector(4)) {}
 
@@ -159,37 +159,13 @@ struct RobinNeumann : Run {
     return fluid.blood_force();
   }
   void solve() override {
-    std::vector<Vector> forces, changes; // g(L) and g(L) - L of the past
+    fem::Anderson<Vector> acceleration(12);
     for (int iteration = 0;; ++iteration) {
-      Vector g = iterate(iteration), f = g;
-      f -= L;
-      if (f.l2_norm() <= 1e-10 * g.l2_norm() + 1e-14)
-        break;
-      ASSERT_LT(iteration, 60) << f.l2_norm() / g.l2_norm();
-      forces.push_back(g);
-      changes.push_back(f);
-      std::vector<Vector> Q, W; // differences, orthogonalised, the latest first
-      for (int k = int(changes.size()) - 2; k >= std::max(0, iteration - 12); --k) {
-        Vector q = changes[k + 1], w = forces[k + 1];
-        q -= changes[k];
-        w -= forces[k];
-        const double norm = q.l2_norm();
-        for (std::size_t j = 0; j < Q.size(); ++j) {
-          const double c = Q[j] * q;
-          q.add(-c, Q[j]);
-          w.add(-c, W[j]);
-        }
-        if (q.l2_norm() < 1e-6 * norm)
-          continue;
-        w *= 1 / q.l2_norm();
-        q *= 1 / q.l2_norm();
-        const double c = q * f;
-        f.add(-c, q);
-        g.add(-c, w);
-        Q.push_back(q);
-        W.push_back(w);
-      }
-      L = g;
+      const Vector g = iterate(iteration);
+      if (test::largest_difference(g, L) <= 1e-10 * g.linfty_norm() + 1e-14)
+        return;
+      ASSERT_LT(iteration, 60) << "the interface force does not settle";
+      L = acceleration.next(L, g);
     }
   }
   Vector L;
@@ -225,7 +201,7 @@ void expect_the_monolithic_step(const Scene &scene) {
   EXPECT_LT(test::largest_difference(a.d, b.d), 1e-7 * d_change);
   EXPECT_LT(u_error, 1e-7 * std::max(u_change, d_change / dt / 10)); // a closed piston cannot move its interface
   EXPECT_LT(p_error, 1e-7 * p_change);
-  EXPECT_LT(a.newton_iterations, 45u);
+  EXPECT_LT(a.newton_iterations, 70u);
   EXPECT_LT(a.linear_iterations, 450u);
 }
 
@@ -251,7 +227,7 @@ TEST(MonolithicStep, ConservesTheVolumeOfAClosedCavity) {
   run.advance(20);
   EXPECT_GT(run.fluid.mean_pressure(), 1500);
   const double speed = largest(run, run.fluid.state())[0], area = 1e-2;
-  EXPECT_LT(std::abs(run.fluid.volume_defect(run.cavity.make_vector(4))), 1e-9 * speed * area); // of a wall at rest
+  EXPECT_LT(std::abs(run.fluid.unit_pressure_force() * run.fluid.state()), 1e-9 * speed * area);
   EXPECT_NEAR(run.fluid.volume() / volume, 1, 1e-5); // the geometry is a step behind
 }
 
