@@ -161,12 +161,13 @@ bool FluidSolver::isovolumetric() const { return !valves_ || !(mitral_->open || 
 void FluidSolver::refuse_instability(const bus::Step &step) {
   if (!watch_.add(budget_.disagreement))
     return;
-  const double limit = uniform_value(alpha_limit_), alpha = problem_.alpha();
+  const double alpha = problem_.alpha(), limit = uniform_value(alpha_limit_); // 0: not estimated since a restart
   throw Failure(ExitCode::not_converged,
                 fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
-                            "step to step; coupling.alpha is {:.0f} kg/(m^2 s), at the last estimate the wall allowed "
-                            "{:.0f}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
-                            step.time, budget_.disagreement, alpha, limit, std::min(0.8 * limit, 0.5 * alpha),
+                            "step to step; coupling.alpha is {:.0f} kg/(m^2 s){}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
+                            step.time, budget_.disagreement, alpha,
+                            limit > 0 ? fmt::format(", the wall's impedance allows {:.0f}", limit) : "",
+                            limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha,
                             coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
 }
 

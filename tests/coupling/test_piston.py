@@ -113,7 +113,7 @@ class Piston(unittest.TestCase):
         self.assertLess(pressure, 500)
 
     def test_iterations_reduce_the_drift_as_the_impedance_says(self):
-        """ILI_k/ILI_1 = 1 / sum_{j<k} (1-q)^{-j} with q = alpha/Z."""
+        # ILI_k/ILI_1 = 1 / sum_{j<k} (1-q)^{-j} with q = alpha/Z
         once = drift(self.pushed())
         q = 5000 / impedance(STEP)
         for k in 2, 3:
@@ -166,7 +166,7 @@ class Piston(unittest.TestCase):
         self.assert_close(limit, e1fs2_limit())
 
     def test_alpha_is_a_share_of_the_limit_that_the_wall_reports(self):
-        """The column as a whole has the limit of its matrices; some local motion has a lower one, which counts."""
+        # The column as a whole has the limit of its matrices; some local motion has a lower one, which counts.
         with tempfile.TemporaryDirectory() as folder:
             launch, history = run(folder, "alpha=auto", "time.end=5 ms")
             log = (Path(folder) / "out/logs/mech.log").read_text()
