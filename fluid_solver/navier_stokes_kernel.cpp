@@ -37,6 +37,8 @@ struct Points {
   Lanes test[max_q][n];                                 // w (N_a + tau rho u*.grad N_a)
   Lanes supg[max_q][n];                                 // w tau rho u*.grad N_a
   Lanes trial[max_q][n];                                // rho (N_b / dt + u*.grad N_b)
+  Lanes tau_C[max_q];                                   // of the grad-div term
+  Lanes half_divergence[max_q];                         // w rho/2 div u^n
   Lanes tau_trial[max_q][n];
   Lanes w[max_q], tau[max_q];
   Vec3<Lanes> load[max_q]; // rho u^n / dt + f
@@ -62,7 +64,18 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
     }
   }
   const Vec3<Lanes> u_star = value<n>(in, in.convection, q), u_n = value<n>(in, in.old_velocity, q);
+  Lanes divergence{};
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      divergence += p.gradient[q][a][i] * in.old_velocity[3 * a + i];
+  p.half_divergence[q] = 0.5 * in.rho * divergence * p.w[q];
   p.tau[q] = momentum_tau(in.rho, in.mu, in.dt, u_star, fem::transpose(unit) * unit);
+  Lanes g_squared{}; // |g|^2 with g_i = sum_k d xi_k / d x_i
+  for (unsigned i = 0; i < 3; ++i) {
+    const Lanes g = unit[0][i] + unit[1][i] + unit[2][i];
+    g_squared += g * g;
+  }
+  p.tau_C[q] = 1. / (p.tau[q] * g_squared);
   for (unsigned i = 0; i < 3; ++i)
     p.load[q][i] = in.rho / in.dt * u_n[i] + (in.force ? in.force[3 * q + i] : Lanes{});
 
@@ -81,17 +94,18 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
 template <unsigned n>
 HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p, unsigned a, unsigned b, Lanes *K) {
   Mat3<Lanes> H{};                       // int grad N_a (x) grad N_b
+  Mat3<Lanes> grad_div{};                // int tau_C grad N_a (x) grad N_b
   Lanes inertia{}, pressure_laplacian{}; // transport with its SUPG part; PSPG
   Vec3<Lanes> G{}, D{};                  // pressure gradient, divergence
   for (unsigned q = 0; q < in.n_q; ++q) {
     const Lanes *wg_a = p.w_gradient[q][a], *g_b = p.gradient[q][b];
     const double N_b = in.shapes[q * n + b];
     const Lanes wN_a = in.shapes[q * n + a] * p.w[q];
-    inertia += p.test[q][a] * p.trial[q][b];
+    inertia += p.test[q][a] * p.trial[q][b] + in.shapes[q * n + a] * N_b * p.half_divergence[q];
     Lanes laplacian{};
     for (unsigned i = 0; i < 3; ++i) {
       for (unsigned j = 0; j < 3; ++j)
-        H[i][j] += wg_a[i] * g_b[j];
+        H[i][j] += wg_a[i] * g_b[j], grad_div[i][j] += p.tau_C[q] * wg_a[i] * g_b[j];
       laplacian += wg_a[i] * g_b[i];
       G[i] += p.supg[q][a] * g_b[i] - N_b * wg_a[i];
       D[i] += wN_a * g_b[i] + p.tau_trial[q][b] * wg_a[i];
@@ -102,7 +116,7 @@ HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p,
   const Lanes diagonal = inertia + in.mu * (H[0][0] + H[1][1] + H[2][2]);
   for (unsigned i = 0; i < 3; ++i) {
     for (unsigned j = 0; j < 3; ++j)
-      K[4 * i + j] = in.mu * H[j][i] + (i == j ? diagonal : Lanes{});
+      K[4 * i + j] = in.mu * H[j][i] + grad_div[i][j] + (i == j ? diagonal : Lanes{});
     K[4 * i + 3] = P * G[i];
     K[12 + i] = P * D[i];
   }

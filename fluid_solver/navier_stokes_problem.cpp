@@ -96,7 +96,10 @@ void NavierStokesProblem::visit(io::State &state) {
       x->local_element(4 * node + 3) *= scale / pressure_scale_;
 }
 
-void NavierStokesProblem::forget_preconditioner() { preconditioner_.reset(); }
+void NavierStokesProblem::forget_preconditioner() {
+  preconditioner_.reset();
+  added_pressure_ = 0;
+}
 
 void NavierStokesProblem::prepare(const Vector &motion) {
   d_np1_ = motion;
@@ -138,6 +141,8 @@ void NavierStokesProblem::update_constraints() {
 void NavierStokesProblem::set_guess() {
   guess_ = x_n_;
   guess_.sadd(2., -1., x_nm1_);
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) // to be added anew, about as much
+    guess_.local_element(4 * node + 3) -= added_pressure_ / pressure_scale_;
   for (unsigned k = 0; k < guess_.locally_owned_size(); ++k)
     if (constrained_[k])
       guess_.local_element(k) = boundary_values.local_element(k);
@@ -334,6 +339,7 @@ Vector NavierStokesProblem::reaction() const {
 }
 
 void NavierStokesProblem::add_pressure(double pressure) {
+  added_pressure_ = pressure;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
     x_.local_element(4 * node + 3) += pressure / pressure_scale_;
   x_.update_ghost_values();

@@ -172,17 +172,18 @@ void MechSolver::correct(const bus::Step &step) {
     problem_.solve(response_, minus_b);
     response_tangent_ = problem_.n_tangents();
   }
-  const double pressure = step.size * (b * velocity_jump) / (b * response_);
-  d_.add(pressure, response_);
+  correction_ = step.size * (b * velocity_jump) / (b * response_);
+  d_.add(correction_, response_);
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
-    blood_force_[k] += pressure * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
-  pressure_correction_.assign(pressure_correction_.size(), pressure);
+    blood_force_[k] += correction_ * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
+  pressure_correction_.assign(pressure_correction_.size(), correction_);
   show_motion(step.size);
 }
 
 void MechSolver::refresh() {
   problem_.forget_tangent();
   impedance_is_old_ = true;
+  correction_ = 0;
 }
 
 /// Newton starts from the last iterate, or from 2 d^n - d^{n-1}, or from d^n when that would invert a cell.
@@ -191,6 +192,8 @@ void MechSolver::choose_start(const bus::Step &step) {
     return;
   d_ = problem_.d_n;
   d_.sadd(2.0, -1.0, problem_.d_nm1);
+  if (correction_ != 0) // to be added anew, about as much
+    d_.add(-correction_, response_);
   if (problem_.is_valid(d_))
     return;
   d_ = problem_.d_n;

@@ -88,6 +88,7 @@ class MechSolver : public bus::Solver {
   std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it
   bool impedance_is_old_ = true;
   std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
+  double correction_ = 0;         ///< pi of the last step, unless forgotten
   fem::Vector response_;          ///< w
   unsigned response_tangent_ = 0; ///< number of the tangent of w
 
