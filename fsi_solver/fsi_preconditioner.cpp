@@ -15,7 +15,8 @@ InterfaceBlocks::InterfaceBlocks(const MergedSpace &space) : map_(space.interfac
   for (unsigned slot = 0; slot < solid.n_slots(); ++slot)
     for (unsigned a = 0; a < solid.nodes_per_cell(); ++a)
       for (unsigned b = 0; b < solid.nodes_per_cell(); ++b)
-        if (const unsigned *nodes = solid.cell_nodes(slot); on[nodes[a]] && on[nodes[b]] && nodes[a] < neighbours.size())
+        if (const unsigned *nodes = solid.cell_nodes(slot);
+            on[nodes[a]] && on[nodes[b]] && nodes[a] < neighbours.size())
           neighbours[nodes[a]].insert(nodes[b]);
   std::size_t widest = 0;
   for (const unsigned node : map_.solid_nodes()) {

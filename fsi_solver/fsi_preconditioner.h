@@ -11,14 +11,15 @@ namespace heartbus::fsi {
 class InterfaceBlocks {
  public:
   explicit InterfaceBlocks(const MergedSpace &space);
-  /// fluid += factor * solid between interface nodes; pairs that the fluid's mesh does not join are left out. Collective.
+  /// fluid += factor * solid between interface nodes; pairs that the fluid's mesh does not join are left out.
+  /// Collective.
   void add(double factor, const fem::NodalMatrix &solid, fem::NodalMatrix &fluid) const;
 
  private:
   const InterfaceMap &map_;
-  unsigned width_ = 0;                                ///< largest number of neighbours
+  unsigned width_ = 0;                                  ///< largest number of neighbours
   std::vector<std::vector<unsigned>> solid_neighbours_; ///< [owned interface node] local nodes of the solid
-  std::vector<unsigned> fluid_neighbours_;            ///< [owned interface node][width] local nodes of the fluid, or none
+  std::vector<unsigned> fluid_neighbours_; ///< [owned interface node][width] local nodes of the fluid, or none
 };
 
 /// Block Gauss-Seidel for the merged system [A_f + dt S_GG, S_GI; dt S_IG, S_II] (x_f, d_I), where S is the solid's

@@ -6,8 +6,8 @@ using fem::Vector;
 
 namespace {
 
-/// How well a linear system of Newton's method is solved at most. Better solutions save few of its iterations: one heartbeat's
-/// step takes 8.4, 9.6, 11.2 linear iterations with 1e-2, 1e-3, 1e-4.
+/// How well a linear system of Newton's method is solved at most. Better solutions save few of its iterations: one
+/// heartbeat's step takes 8.4, 9.6, 11.2 linear iterations with 1e-2, 1e-3, 1e-4.
 constexpr double linear_tolerance = 1e-2;
 
 /// The solid's constraints on the interface, as the fluid numbers its degrees of freedom.
@@ -102,8 +102,9 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   b *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
   const double tolerance = std::max(linear_tolerance, 0.1 * wanted_residual_ / b.l2_norm());
-  return fem::solve_linear("fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
-                           *preconditioner_, tolerance)
+  return fem::solve_linear(
+             "fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
+             *preconditioner_, tolerance)
       .iterations;
 }
 

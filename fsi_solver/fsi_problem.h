@@ -4,8 +4,9 @@
 
 namespace heartbus::fsi {
 
-/// One step of the scheme E1FS-infinity (paper, eq. (fsi-implicit)): blood and wall at once on the geometry of d^n. With
-/// the fluid's form a_f, linear in a step, and the solid's residual R_s, both as forces on nodes, find u, p, d with
+/// One step of the scheme E1FS-infinity (paper, eq. (fsi-implicit)): blood and wall at once on the geometry of d^n.
+/// With the fluid's form a_f, linear in a step, and the solid's residual R_s, both as forces on nodes, find u, p, d
+/// with
 ///
 ///     u = (d - d^n)/dt on the interface,     a_f(u, p; w, q) + R_s(d; w) = 0
 ///
@@ -46,9 +47,9 @@ class FsiProblem {
   InterfaceBlocks interface_blocks_;
   fem::NewtonSettings newton_settings_;
   std::unique_ptr<FsiPreconditioner> preconditioner_;
-  std::vector<bool> open_orifices_;                      ///< for which the preconditioner was made
+  std::vector<bool> open_orifices_;                     ///< for which the preconditioner was made
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< in the step it was made in, and in the last one
-  double wanted_residual_ = 0;                           ///< of Newton's method, at the last state looked at
+  double wanted_residual_ = 0;                          ///< of Newton's method, at the last state looked at
   fem::Vector x_f_, y_f_, d_, y_s_, force_;
 };
 

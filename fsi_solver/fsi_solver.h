@@ -6,9 +6,9 @@
 
 namespace heartbus::fsi {
 
-/// Blood and wall as one participant (paper, scheme E1FS-infinity): all that surrounds the solve, from force generation to
-/// valves and pictures, is done by the two solvers of the partitioned schemes; only the solve is the merged one. Takes
-/// calcium and the mesh motion, gives the displacement.
+/// Blood and wall as one participant (paper, scheme E1FS-infinity): all that surrounds the solve, from force generation
+/// to valves and pictures, is done by the two solvers of the partitioned schemes; only the solve is the merged one.
+/// Takes calcium and the mesh motion, gives the displacement.
 class FsiSolver : public bus::Solver {
  public:
   /// `fluid` is meant to have alpha = 0.

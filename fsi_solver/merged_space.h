@@ -4,8 +4,8 @@
 
 namespace heartbus::fsi {
 
-/// The unknowns of blood and wall in one vector: on each rank [u, v, w, p of its fluid nodes | displacement of its solid
-/// nodes]. The wall's entries on the interface are always zero: what moves there is the blood's velocity.
+/// The unknowns of blood and wall in one vector: on each rank [u, v, w, p of its fluid nodes | displacement of its
+/// solid nodes]. The wall's entries on the interface are always zero: what moves there is the blood's velocity.
 class MergedSpace {
  public:
   MergedSpace(const fem::LagrangeSpace &fluid, const fem::LagrangeSpace &solid);

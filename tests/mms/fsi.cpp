@@ -144,8 +144,8 @@ struct Monolithic : Run {
   unsigned newton_iterations = 0, linear_iterations = 0;
 };
 
-/// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum made of (d - d^n)/dt and L -> L until the force L on the
-/// wall stays.
+/// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum made of (d - d^n)/dt and L -> L until the force L on
+/// the wall stays.
 struct RobinNeumann : Run {
   explicit RobinNeumann(const Scene &scene) : Run(scene, 5000), L(cavity.make_vector(4)) {}
 
