@@ -144,16 +144,16 @@ void MechSolver::show_motion(double dt) {
 }
 
 void MechSolver::update_alpha_limit(const bus::Step &step) {
-  if (!impedance_is_old_)
+  constexpr int interval = 100; // of steps, in which the impedance changes by some percent
+  if (limit_ > 0 && step.number % interval != 1)
     return;
-  impedance_is_old_ = false;
-  double limit = 2 * impedance_->smallest(step.size / 2);
+  limit_ = 2 * impedance_->smallest(step.size / 2);
   if (coupling_.iterates() && coupling_.iterations > 1)
-    limit = std::min(limit, 2 * impedance_->smallest(step.size));
+    limit_ = std::min(limit_, 2 * impedance_->smallest(step.size));
   if (step.number == 0)
-    log_->info("the wall's impedance allows alpha up to {:.0f} kg/(m^2 s) (EFS1 and uniform motion alone: {:.0f})", limit,
+    log_->info("the wall's impedance allows alpha up to {:.0f} kg/(m^2 s) (EFS1 and uniform motion alone: {:.0f})", limit_,
                2 * impedance_->uniform(step.size / 2));
-  alpha_limit_.assign(alpha_limit_.size(), limit);
+  alpha_limit_.assign(alpha_limit_.size(), limit_);
 }
 
 void MechSolver::correct(const bus::Step &step) {
@@ -182,7 +182,6 @@ void MechSolver::correct(const bus::Step &step) {
 
 void MechSolver::refresh() {
   problem_.forget_tangent();
-  impedance_is_old_ = true;
   correction_ = 0;
 }
 
@@ -224,6 +223,13 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   state.number("step_size", step_size);
   if (step_size != step.size) // the velocity is to stay
     problem_.d_nm1.sadd(step.size / step_size, 1 - step.size / step_size, problem_.d_n);
+
+  // The limit of alpha depends on step and scheme.
+  double several = coupling_.iterates() && coupling_.iterations > 1, same = several;
+  state.number("alpha_limit", limit_);
+  state.number("alpha_limit_of_iterations", same);
+  if (step_size != step.size || same != several)
+    limit_ = 0;
 }
 
 void MechSolver::save_state(const std::string &folder, const bus::Step &step) {
@@ -239,6 +245,7 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   velocity -= problem_.d_nm1;
   to_interface(velocity, wall_velocity_, 1 / step.size);
   to_interface(d_, displacement_);
+  alpha_limit_.assign(alpha_limit_.size(), limit_);
 }
 
 void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values, double factor) const {

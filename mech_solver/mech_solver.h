@@ -46,7 +46,7 @@ class MechSolver : public bus::Solver {
   void refresh() override;
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
-  /// The limit of alpha, from the wall's impedance: at the start, and after each refresh since it stiffens.
+  /// The limit of alpha, from the wall's impedance: at the start, and now and then since it stiffens and softens.
   void update_alpha_limit(const bus::Step &step);
   /// The pressure pi that makes up for the step's volume defect (see docs/schemes.md): with the unit pressure's force b
   /// and w = A^{-1} b,    pi = b.(u - v) dt / (b.w),    d += pi w,    L += pi b.
@@ -86,7 +86,7 @@ class MechSolver : public bus::Solver {
 
   CouplingParameters coupling_;
   std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it
-  bool impedance_is_old_ = true;
+  double limit_ = 0; ///< of alpha, the last estimate; 0: none yet
   std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
   double correction_ = 0;         ///< pi of the last step, unless forgotten
   fem::Vector response_;          ///< w

@@ -1,5 +1,5 @@
 #include "common/geometry/mesh_tools.h"
-#include "mech_solver/elasticity_problem.h"
+#include "mech_solver/interface_impedance.h"
 #include "mpi_test_main.h"
 
 #include <functional>
@@ -263,14 +263,23 @@ double dynamic_error(double dt) {
   return body.error(d, displacement(0.1));
 }
 
-/// Step impedance of an elastic column of 10 mm: pressure over wall velocity in the first step from rest.
+/// An elastic column of 10 mm, its top the interface.
+struct Column : Body {
+  Column(unsigned layers, double width = 5e-3)
+      : Body(relabelled(geometry::make_box({0, 0, 0}, {width, width, 10e-3}, {2, 1, layers}), "z_high", "interface"),
+             parameters()) {}
+  static Parameters parameters() {
+    Parameters parameters = soft_neo_hookean();
+    parameters.rollers = {"x_low", "x_high", "y_low", "y_high"};
+    parameters.pericardium = {{"z_low"}, 1e4, 0, 2e4, 0};
+    return parameters;
+  }
+};
+
+/// Pressure over wall velocity in the first step from rest.
 double column_impedance(unsigned layers) {
   const double dt = 2e-4, pressure = 1;
-  Parameters parameters = soft_neo_hookean();
-  parameters.rollers = {"x_low", "x_high", "y_low", "y_high"};
-  parameters.pericardium = {{"z_low"}, 1e4, 0, 2e4, 0};
-  Body body(relabelled(geometry::make_box({0, 0, 0}, {5e-3, 5e-3, 10e-3}, {2, 1, layers}), "z_high", "interface"),
-            parameters);
+  Column body(layers);
   body.problem.interface_pressure = pressure;
   fem::Vector d = body.space.make_vector(3);
   body.problem.solve_dynamic(dt, d);
@@ -396,6 +405,44 @@ TEST(Elasticity, StepImpedanceOfAColumnIsThatOfTheOneDimensionalMatrices) {
   // 1 / (dt A^{-1})_00 with A = M/dt^2 + C/dt + K of linear elements, E' = 66 kPa, rho = 1000, dt = 0.2 ms, 10 mm.
   EXPECT_NEAR(column_impedance(3), 9442, 1);
   EXPECT_NEAR(column_impedance(6), 8473, 1);
+}
+
+TEST(Elasticity, ImpedanceOfTheInterfaceIsThatOfTheOneDimensionalMatrices) {
+  Column column(3);
+  InterfaceImpedance impedance(column.problem);
+  EXPECT_NEAR(impedance.uniform(2e-4), 9442, 1);
+  EXPECT_NEAR(impedance.uniform(1e-4), 12593, 2);
+}
+
+TEST(Elasticity, AWideInterfaceYieldsMoreByTiltingThanAsAWhole) {
+  Column slender(3), wide(3, 20e-3);
+  EXPECT_NEAR(InterfaceImpedance(slender.problem).smallest(2e-4), 9442, 5);
+  EXPECT_LT(InterfaceImpedance(wide.problem).smallest(2e-4), 0.9 * 9442);
+}
+
+TEST(Elasticity, NoMotionOfTheInterfaceHasLessThanTheSmallestImpedance) {
+  Column column(3);
+  const double dt = 2e-4, smallest = InterfaceImpedance(column.problem).smallest(dt);
+  FollowerPressure surface(column.space, "interface");
+  double found = 1e300;
+  for (int motion = 0; motion < 20; ++motion) {
+    fem::Vector x = column.interpolate([&](const geometry::Point3 &p) {
+      return Vec3<double>{std::sin(motion * 2000 * p[1]), std::cos(motion * 900 * p[0]),
+                          std::cos(motion * 700 * p[0] + motion % 3)};
+    });
+    fem::zero_constrained(x, column.problem.constrained());
+    x.update_ghost_values();
+    fem::Vector Mx = column.space.make_vector(3), w(Mx);
+    surface.apply_mass(column.problem.d_n, x, Mx);
+    Mx.zero_out_ghost_values();
+    fem::zero_constrained(Mx, column.problem.constrained());
+    fem::Vector minus_Mx(Mx);
+    minus_Mx *= -1;
+    column.problem.solve(w, minus_Mx);
+    found = std::min(found, dt * (x * Mx) / (Mx * w));
+  }
+  EXPECT_GT(found, 0.99 * smallest);
+  EXPECT_LT(found, 1.5 * smallest);
 }
 
 TEST(Elasticity, InvertedStartIsRefusedNamingTheCell) {
