@@ -38,7 +38,6 @@ struct Points {
   Lanes supg[max_q][n];                                 // w tau rho u*.grad N_a
   Lanes trial[max_q][n];                                // rho (N_b / dt + u*.grad N_b)
   Lanes tau_C[max_q];                                   // of the grad-div term
-  Lanes half_divergence[max_q];                         // w rho/2 div u^n
   Lanes tau_trial[max_q][n];
   Lanes w[max_q], tau[max_q];
   Vec3<Lanes> load[max_q]; // rho u^n / dt + f
@@ -64,18 +63,8 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
     }
   }
   const Vec3<Lanes> u_star = value<n>(in, in.convection, q), u_n = value<n>(in, in.old_velocity, q);
-  Lanes divergence{};
-  for (unsigned a = 0; a < n; ++a)
-    for (unsigned i = 0; i < 3; ++i)
-      divergence += p.gradient[q][a][i] * in.old_velocity[3 * a + i];
-  p.half_divergence[q] = 0.5 * in.rho * divergence * p.w[q];
   p.tau[q] = momentum_tau(in.rho, in.mu, in.dt, u_star, fem::transpose(unit) * unit);
-  Lanes g_squared{}; // |g|^2 with g_i = sum_k d xi_k / d x_i
-  for (unsigned i = 0; i < 3; ++i) {
-    const Lanes g = unit[0][i] + unit[1][i] + unit[2][i];
-    g_squared += g * g;
-  }
-  p.tau_C[q] = 1. / (p.tau[q] * g_squared);
+  p.tau_C[q] = continuity_tau(p.tau[q], unit);
   for (unsigned i = 0; i < 3; ++i)
     p.load[q][i] = in.rho / in.dt * u_n[i] + (in.force ? in.force[3 * q + i] : Lanes{});
 
@@ -101,11 +90,14 @@ HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p,
     const Lanes *wg_a = p.w_gradient[q][a], *g_b = p.gradient[q][b];
     const double N_b = in.shapes[q * n + b];
     const Lanes wN_a = in.shapes[q * n + a] * p.w[q];
-    inertia += p.test[q][a] * p.trial[q][b] + in.shapes[q * n + a] * N_b * p.half_divergence[q];
+    inertia += p.test[q][a] * p.trial[q][b];
     Lanes laplacian{};
     for (unsigned i = 0; i < 3; ++i) {
-      for (unsigned j = 0; j < 3; ++j)
-        H[i][j] += wg_a[i] * g_b[j], grad_div[i][j] += p.tau_C[q] * wg_a[i] * g_b[j];
+      for (unsigned j = 0; j < 3; ++j) {
+        const Lanes h = wg_a[i] * g_b[j];
+        H[i][j] += h;
+        grad_div[i][j] += p.tau_C[q] * h;
+      }
       laplacian += wg_a[i] * g_b[i];
       G[i] += p.supg[q][a] * g_b[i] - N_b * wg_a[i];
       D[i] += wN_a * g_b[i] + p.tau_trial[q][b] * wg_a[i];

@@ -11,7 +11,7 @@ namespace heartbus::fluid {
 ///     a(w, q) = ( rho (u - u^n)/dt + rho (u*.grad) u - f, w ) + 2 mu ( eps(u), eps(w) ) - ( p, div w ) + ( div u, q )
 ///               + sum_K ( tau ( rho (u*.grad) w + grad q ), r_M )_K
 ///
-/// SUPG-PSPG with tau of stabilization.h; second derivatives vanish on P1 and are neglected on Q1. Unknowns of a node: u, v,
+/// SUPG-PSPG-LSIC with tau and tau_C of stabilization.h; second derivatives vanish on P1 and are neglected on Q1. Unknowns of a node: u, v,
 /// w and the pressure divided by `pressure_scale`, by which the continuity rows are multiplied too: all 4x4 blocks then
 /// are of one size, and a Krylov method's norm sees the mass balance.
 struct NavierStokesCells {
