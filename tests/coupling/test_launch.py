@@ -60,7 +60,7 @@ class Launches(unittest.TestCase):
         run_scene("again.yaml", self.folder, "--out", "again")
         self.assertEqual((self.folder / "again/scene.resolved.yaml").read_text(), resolved.read_text())
 
-    def test_a_signal_ends_the_run_after_the_current_step_with_complete_results(self):
+    def test_a_signal_ends_the_run_soon_with_complete_results(self):
         csv_file = self.folder / "results/small/history.csv"
 
         def stop(process):
