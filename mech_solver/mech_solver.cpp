@@ -147,6 +147,7 @@ void MechSolver::update_alpha_limit(const bus::Step &step) {
   constexpr int interval = 100; // of steps, in which the impedance changes by some percent
   if (limit_ > 0 && step.number % interval != 1)
     return;
+  problem_.end_pressure = parameters_.end_pressure.at(step.time);
   limit_ = 2 * impedance_->smallest(step.size / 2);
   if (coupling_.iterates() && coupling_.iterations > 1)
     limit_ = std::min(limit_, 2 * impedance_->smallest(step.size));
