@@ -9,7 +9,7 @@ namespace heartbus::fluid {
 ///
 ///     r_M = rho (u - u^n)/dt + rho (u*.grad) u + grad p - f
 ///     a(w, q) = ( rho (u - u^n)/dt + rho (u*.grad) u - f, w ) + 2 mu ( eps(u), eps(w) ) - ( p, div w ) + ( div u, q )
-///               + sum_K ( tau ( rho (u*.grad) w + grad q ), r_M )_K
+///               + sum_K ( tau ( rho (u*.grad) w + grad q ), r_M )_K + ( tau_C div w, div u )_K
 ///
 /// SUPG-PSPG-LSIC with tau and tau_C of stabilization.h; second derivatives vanish on P1 and are neglected on Q1. Unknowns of a node: u, v,
 /// w and the pressure divided by `pressure_scale`, by which the continuity rows are multiplied too: all 4x4 blocks then

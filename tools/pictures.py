@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pictures of a run from its fields: fibres, electric potential, blood flow and pressure, deformation.
 
-    tools/pictures.py results/ideal_lv_efs1 [--times 20 60 120 300] [--out FOLDER]
+    tools/pictures.py results/ideal_lv_efs1 [--times 30 60 100 300] [--out FOLDER]
 
 VTK renders the bodies off screen, matplotlib adds titles and colour bars. Without a display it restarts under xvfb-run.
 """
@@ -264,7 +264,7 @@ def picture_fibres(mech, path):
 def picture_potential(ep, times, path):
     limits, panels = (-90, 40), []
     for instant in sorted({ep.nearest(time) for time in times}):
-        wall = surface(far_half(ep.grid(instant, v=ep.field("potential", instant))))
+        wall = surface(far_half(ep.grid(instant, v=1e3 * ep.field("potential", instant))))
         image = render([actor(wall, "v", limits, "inferno")], bounds(ep.points))
         panels.append((image, milliseconds(ep.times[instant])))
     bar = ("transmembrane potential [mV]", limits, "inferno", 0, len(panels) - 1)
@@ -328,7 +328,7 @@ def restart_with_display():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", help="results folder of a run")
-    parser.add_argument("--times", nargs="+", type=float, default=[20, 60, 150, 350], metavar="MS",
+    parser.add_argument("--times", nargs="+", type=float, default=[30, 60, 100, 300], metavar="MS",
                         help="instants of the potential and the deformation [ms]")
     parser.add_argument("--out", help="folder for the pictures; default: FOLDER/report")
     options = parser.parse_args()
