@@ -6,8 +6,8 @@
 namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), motion_n_(motion_), motion_nm1_(motion_),
-      mesh_motion_(3 * space.n_owned_nodes()) {
+    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), motion_n_(motion_),
+      motion_nm1_(motion_), mesh_motion_(3 * space.n_owned_nodes()) {
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     if (on[node])

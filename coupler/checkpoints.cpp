@@ -56,8 +56,11 @@ CheckpointSet verified(const fs::path &set) {
     const auto manifest = ordered_json::parse(file);
     for (const auto &[name, expected] : manifest.at("files").items())
       check_file(set, name, expected);
-    return {fs::absolute(set).lexically_normal().string(), manifest.at("step").get<int>(),
-            manifest.at("time").get<double>(), manifest.at("step_size").get<double>(), {}};
+    return {fs::absolute(set).lexically_normal().string(),
+            manifest.at("step").get<int>(),
+            manifest.at("time").get<double>(),
+            manifest.at("step_size").get<double>(),
+            {}};
   } catch (const nlohmann::json::exception &error) {
     refuse(set, std::string("manifest.json is damaged: ") + error.what());
   }
@@ -71,9 +74,8 @@ std::vector<fs::path> sets_of(const fs::path &results) {
     if (const std::string name = entry.path().filename();
         !name.empty() && name.find_first_not_of("0123456789") == std::string::npos)
       sets.push_back(entry.path());
-  std::sort(sets.begin(), sets.end(), [](const fs::path &a, const fs::path &b) {
-    return std::stoi(a.filename()) < std::stoi(b.filename());
-  });
+  std::sort(sets.begin(), sets.end(),
+            [](const fs::path &a, const fs::path &b) { return std::stoi(a.filename()) < std::stoi(b.filename()); });
   return sets;
 }
 
@@ -91,7 +93,8 @@ CheckpointSet latest_of(const fs::path &results) {
   std::string reasons;
   for (const auto &reason : passed_over)
     reasons += "; " + reason;
-  throw Failure(ExitCode::file, "--restart: there is no complete checkpoint in " + (results / "checkpoints").string() + reasons);
+  throw Failure(ExitCode::file,
+                "--restart: there is no complete checkpoint in " + (results / "checkpoints").string() + reasons);
 }
 
 CheckpointSet at_time(const std::string &choice, const fs::path &results) {
@@ -112,8 +115,8 @@ CheckpointSet at_time(const std::string &choice, const fs::path &results) {
       return verified(set);
     others += (others.empty() ? "" : ", ") + config::with_unit(1e3 * manifest["time"].get<double>(), "ms");
   }
-  throw Failure(ExitCode::file, "--restart: there is no checkpoint of " + choice + " in " + results.string() + "; there are: " +
-                                    (others.empty() ? "none" : others));
+  throw Failure(ExitCode::file, "--restart: there is no checkpoint of " + choice + " in " + results.string() +
+                                    "; there are: " + (others.empty() ? "none" : others));
 }
 
 } // namespace
@@ -159,7 +162,8 @@ void Checkpoints::close(const bus::Step &step) const {
   for (const auto &entry : fs::directory_iterator(aside))
     files[entry.path().filename()] = {{"bytes", entry.file_size()}, {"checksum", checksum(entry.path())}};
   std::ofstream manifest(aside / "manifest.json");
-  manifest << ordered_json{{"step", step.number}, {"time", step.time}, {"step_size", step.size}, {"files", files}}.dump(2)
+  manifest << ordered_json{{"step", step.number}, {"time", step.time}, {"step_size", step.size}, {"files", files}}.dump(
+                  2)
            << '\n';
   manifest.close();
   fs::remove_all(set, error);

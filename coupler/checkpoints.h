@@ -7,8 +7,8 @@
 
 namespace heartbus::coupler {
 
-/// A complete set of states in its folder: one file for each physics, the history up to then, and manifest.json with the
-/// size and checksum of each.
+/// A complete set of states in its folder: one file for each physics, the history up to then, and manifest.json with
+/// the size and checksum of each.
 struct CheckpointSet {
   std::string folder;
   int step = 0;
@@ -17,8 +17,8 @@ struct CheckpointSet {
 };
 
 /// The set that `--restart` means: "latest" of the results in `folder`, the one of a time such as "50 ms", or another
-/// folder, either a set itself or results, whose latest counts. `latest` passes over sets that are damaged or incomplete.
-/// Throws Failure(file) that says what is wrong.
+/// folder, either a set itself or results, whose latest counts. `latest` passes over sets that are damaged or
+/// incomplete. Throws Failure(file) that says what is wrong.
 CheckpointSet find_checkpoint(const std::string &choice, const std::string &folder);
 
 /// Saves the sets of a run, RESULTS/checkpoints/000240 and so on, and keeps the last ones. A set is written aside and

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The folder of the results. What an earlier run said about itself goes; what this one would overwrite though it goes on
-// from there, or might be wanted after all, is set aside.
+// The folder of the results. What an earlier run said about itself goes; what this one would overwrite though it goes
+// on from there, or might be wanted after all, is set aside.
 std::string make_folder(const std::string &name, const std::optional<CheckpointSet> &restart) {
   const fs::path folder = fs::absolute(name).lexically_normal();
   std::error_code error;

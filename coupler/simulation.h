@@ -12,8 +12,8 @@
 
 namespace heartbus::coupler {
 
-/// One run: handshake, start block or checkpoint, steps, results. It must outlive the coordinator's run, because the last values to
-/// be recorded may arrive when its own `run` has returned.
+/// One run: handshake, start block or checkpoint, steps, results. It must outlive the coordinator's run, because the
+/// last values to be recorded may arrive when its own `run` has returned.
 class Simulation {
  public:
   Simulation(bus::Coordinator &coordinator, const Options &options);

@@ -111,9 +111,8 @@ class Writer : public StateFile {
   void number(const std::string &name, double &value) override {
     on_root([&] {
       const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose, "describe " + name);
-      const Hdf5Object attribute(
-          H5Acreate2(*file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-          "create " + name + in_file());
+      const Hdf5Object attribute(H5Acreate2(*file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT),
+                                 H5Aclose, "create " + name + in_file());
       require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write " + name + in_file());
     });
   }
@@ -153,7 +152,8 @@ class Reader : public StateFile {
     const std::vector<double> here = gather(3, coordinates.data());
     on_root([&] {
       const std::vector<double> saved = read("points", 3);
-      source_ = mapping::match_points({"the state's " + name, {saved}, spacing}, {"this mesh's " + name, {here}, spacing});
+      source_ =
+          mapping::match_points({"the state's " + name, {saved}, spacing}, {"this mesh's " + name, {here}, spacing});
       if (saved.size() != here.size())
         throw Failure(ExitCode::map, std::to_string(saved.size() / 3) + " points of " + name + in_file() +
                                          ", but the mesh of this run has " + std::to_string(here.size() / 3) +
@@ -192,7 +192,8 @@ class Reader : public StateFile {
                                         std::to_string(extent[1]) + " values; this run's model has " +
                                         std::to_string(columns) + " at each of " + std::to_string(total_) + " points");
     std::vector<double> values(extent[0] * columns);
-    require(H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "read " + path + in_file());
+    require(H5Dread(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+            "read " + path + in_file());
     return values;
   }
 

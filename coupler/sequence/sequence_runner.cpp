@@ -68,8 +68,8 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
   const auto &scalars = coordinator_.participant(node.participant).scalars;
   const auto scalar = std::find_if(scalars.begin(), scalars.end(), [&](const auto &s) { return s.name == node.field; });
   if (scalar == scalars.end())
-    throw Failure(ExitCode::handshake, "the scheme waits for '" + node.field + "', which '" + node.participant +
-                                           "' does not report");
+    throw Failure(ExitCode::handshake,
+                  "the scheme waits for '" + node.field + "', which '" + node.participant + "' does not report");
   double value = 0;
   for (step.iteration = 0; step.iteration < node.times; ++step.iteration) {
     order(node.body, step);
