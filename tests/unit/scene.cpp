@@ -49,6 +49,23 @@ TEST(Scene, KeysOnTheCommandLineMayBeShortenedWhileTheyAreUnique) {
   EXPECT_NE(complaint("scene: a", {"alpha"}).find("write key=value"), std::string::npos);
 }
 
+TEST(Scene, AlphaIsAQuantityOrAutomatic) {
+  EXPECT_FALSE(read_scene("coupling: {alpha: 8000 kg/(m^2 s)}", "scene").coupling.automatic_alpha);
+  const SceneParameters automatic = read_scene("coupling: {alpha: auto}", "scene");
+  EXPECT_TRUE(automatic.coupling.automatic_alpha);
+  EXPECT_TRUE(read_scene(print_scene(automatic), "printed").coupling.automatic_alpha);
+  EXPECT_EQ(complaint("coupling: {alpha: auto}", {"alpha=5 kg/(m^2 s)"}), "");
+  EXPECT_NE(complaint("coupling: {alpha: automatic}").find("key 'coupling.alpha'"), std::string::npos);
+}
+
+TEST(Scene, KeysOfAnotherSchemeAreRefused) {
+  EXPECT_EQ(complaint("coupling: {scheme: E1FS, iterations: 9, tolerance: 1e-6, acceleration: anderson}"), "");
+  EXPECT_NE(complaint("coupling: {scheme: adaptive, iterations: 9, tolerance: 1e-6}").find("only 'scheme: E1FS'"),
+            std::string::npos);
+  EXPECT_NE(complaint("coupling: {scheme: by_phase}").find("more than one"), std::string::npos);
+  EXPECT_NE(complaint("coupling: {acceleration: anderson}").find("no iterations to accelerate"), std::string::npos);
+}
+
 TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("time: {end: 1 ms, step: 0.3 ms}").find("key 'time.step'"), std::string::npos);
   EXPECT_NE(complaint("output: {every: 0.3 ms}").find("must be a multiple of 'time.step'"), std::string::npos);
