@@ -1,0 +1,49 @@
+"""What a run computes, however studies call it: one scene, perhaps with recorded calcium, perhaps from a checkpoint."""
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cached_property
+
+from .scene import quantity
+
+
+@dataclass
+class Start:
+    case: "Case"
+    when: object  # time [s], or the name of a phase of the heartbeat
+
+
+@dataclass
+class Case:
+    tree: dict
+    calcium: "Case" = None  # whose recording is played in place of electrophysiology
+    start: Start = None
+    steps: int = None  # from the start; to the end of the scene, when none
+    records: str = None  # a field that is recorded
+    identity: dict = None  # what tells it from others, if not all of the scene
+
+    @cached_property
+    def fingerprint(self):
+        """Equal for equal runs of all studies, whatever their names."""
+        scene = self.identity or {key: value for key, value in self.tree.items() if key != "scene"}
+        what = [scene, self.steps, self.records, self.calcium and self.calcium.fingerprint]
+        if self.start:
+            what += [self.start.case.fingerprint, self.start.when]
+        return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+
+    @property
+    def step(self):
+        return quantity(self.tree["time"]["step"])
+
+    @property
+    def needs(self):
+        """The cases that must have been computed before."""
+        return [case for case in (self.calcium, self.start and self.start.case) if case]
+
+    @property
+    def n_steps(self):
+        """About, since a phase starts when it starts."""
+        if self.steps:
+            return self.steps
+        begin = self.start.when if self.start and not isinstance(self.start.when, str) else 0
+        return max(1, round((quantity(self.tree["time"]["end"]) - begin) / self.step))

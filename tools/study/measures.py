@@ -1,0 +1,150 @@
+"""Numbers of a finished run: its indicators, and how far it is from its reference.
+
+| column | what |
+|---|---|
+| error_EF, error_p_max | relative difference [%] |
+| error_ILI_C, error_ILI_R | difference [percentage points] |
+| error_V, error_p | of V(t) and p(t): L2 norm in time of the difference over that of the reference [%] |
+| max_V, max_p | largest difference in time [mL, mmHg] |
+| contraction_*, ejection_* | maximum in time of the difference over a part of the heartbeat, see `norms` |
+"""
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from results import ML, MMHG, History, indicators
+
+UNITS = {"EF_percent": "%", "p_max_mmHg": "mmHg", "ILI_C_percent": "%", "ILI_R_percent": "%", "EDV_mL": "mL",
+         "ESV_mL": "mL", "cpu_s": "s", "wall_s": "s", "error_EF": "%", "error_p_max": "%", "error_ILI_C": "points",
+         "error_ILI_R": "points", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
+NORM_UNITS = {"d": "m m^(3/2)", "u": "m/s m^(3/2)", "pressure": "Pa m^(3/2)", "V": "mL", "p": "mmHg"}
+FIELDS = {"d": ("mech", "displacement"), "u": ("fluid", "velocity"), "pressure": ("fluid", "pressure")}
+USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_coupling_iterations", "cpu_s", "wall_s",
+         "error_EF", "error_p_max", "error_V", "error_p", "max_V", "max_p"]
+
+
+def measures(folder, reference=None, part=None):
+    """All numbers of the run in a folder. `part`: "contraction" or "ejection", over which the norms are taken."""
+    found = {key: value for key, value in indicators(folder).items() if isinstance(value, (int, float))}
+    found.update({f"wall_s_{who}_{work.removeprefix('task:')}": seconds
+                  for who, all_work in indicators(folder).get("wall_s_by_work", {}).items()
+                  for work, seconds in all_work.items()})
+    if "steps" in found:
+        found["wall_ms_per_step"] = 1e3 * found["wall_s"] / max(1, found["steps"])
+    if reference is not None:
+        found.update(errors(folder, reference))
+        found.update(norms(folder, reference, part))
+    return found
+
+
+def errors(folder, reference):
+    own, exact, result = indicators(folder), indicators(reference), {}
+    for name, key in (("EF", "EF_percent"), ("p_max", "p_max_mmHg")):
+        if key in own and exact.get(key):
+            result[f"error_{name}"] = 100 * abs(own[key] / exact[key] - 1)
+    for name in "ILI_C", "ILI_R":
+        if f"{name}_percent" in own and f"{name}_percent" in exact:
+            result[f"error_{name}"] = abs(own[f"{name}_percent"] - exact[f"{name}_percent"])
+    for name, column, scale in (("V", "volume", ML), ("p", "mean_pressure", MMHG)):
+        curves = common_curve(folder, reference, column)
+        if curves:
+            _, values, exact_values = curves
+            difference = values - exact_values
+            result[f"error_{name}"] = 100 * np.sqrt(np.mean(difference**2) / max(np.mean(exact_values**2), 1e-300))
+            result[f"max_{name}"] = abs(difference).max() / scale
+    return result
+
+
+def common_curve(folder, reference, column):
+    """(times, values, the reference's values) at the run's times that both have; the reference may have finer steps."""
+    own, exact = History(folder), History(reference)
+    if column not in own or column not in exact:
+        return None
+    end = min(own.time[-1], exact.time[-1]) + 1e-9
+    within = own.time <= end
+    return own.time[within], own[column][within], np.interp(own.time[within], exact.time, exact[column])
+
+
+def window(folder, reference, part):
+    """(begin, end) of [0, first opening of the aortic valve) or of the ejection, of both runs."""
+    ends, begins = [], []
+    for phases in History(folder).phases(), History(reference).phases():
+        ejection = [(begin, end) for name, begin, end in phases if name == "ejection"]
+        if not phases or (part == "ejection" and not ejection):
+            return None
+        begins.append(ejection[0][0] if part == "ejection" else 0)
+        ends.append(ejection[0][1] if part == "ejection" else ejection[0][0] if ejection else phases[-1][2])
+    return max(begins), min(ends)
+
+
+def norms(folder, reference, part):
+    """`PART_d`, `_u`, `_pressure`: L2 norm in space (nodal values, volumes of the reference mesh), maximum over the
+    instants at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps."""
+    span = part and window(folder, reference, part)
+    if not span:
+        return {}
+    result = {}
+    for name, (body, field) in FIELDS.items():
+        value = field_difference(folder, reference, body, field, span)
+        if value is not None:
+            result[f"{part}_{name}"] = value
+    for name, column, scale in (("V", "volume", ML), ("p", "mean_pressure", MMHG)):
+        curves = common_curve(folder, reference, column)
+        if curves:
+            times, values, exact = curves
+            within = (times >= span[0]) & (times < span[1])
+            result[f"{part}_{name}"] = abs(values - exact)[within].max(initial=0) / scale
+    return result
+
+
+def field_difference(folder, reference, body, field, span):
+    paths = [Path(where) / f"fields/{body}.h5" for where in (folder, reference)]
+    if not all(path.exists() for path in paths):
+        return None
+    with h5py.File(paths[0]) as own, h5py.File(paths[1]) as exact:
+        points = own["mesh/points"][:]
+        order, exact_order = canonical(points), canonical(exact["mesh/points"][:])
+        if len(order) != len(exact_order):
+            return None
+        weights = nodal_volumes(points, own["mesh/cells"][:].astype(int))[order]
+        at = {round(1e6 * exact[group].attrs["time"]): group for group in exact if group != "mesh"}
+        largest = None
+        for group in own:
+            microseconds = group != "mesh" and round(1e6 * own[group].attrs["time"])
+            if group == "mesh" or microseconds not in at or not span[0] <= 1e-6 * microseconds < span[1]:
+                continue
+            difference = own[group][field][:][order] - exact[at[microseconds]][field][:][exact_order]
+            largest = max(largest or 0, float(np.sqrt(weights @ np.sum(difference**2, axis=1))))
+        return largest
+
+
+def canonical(points):
+    """An order of the points that does not depend on who wrote them."""
+    return np.lexsort(np.round(points, 9).T)
+
+
+def nodal_volumes(points, cells):
+    """The share of each node in the volume of its cells [m^3]: a lumped mass matrix."""
+    corners = points[cells[:, :8] if cells.shape[1] == 8 else cells[:, :4]]
+    if corners.shape[1] == 8:  # by the edges at the centre
+        low, high = corners[:, [0, 1, 2, 3]].mean(axis=1), corners[:, [4, 5, 6, 7]].mean(axis=1)
+        left, right = corners[:, [0, 3, 4, 7]].mean(axis=1), corners[:, [1, 2, 5, 6]].mean(axis=1)
+        front, back = corners[:, [0, 1, 4, 5]].mean(axis=1), corners[:, [2, 3, 6, 7]].mean(axis=1)
+        volume = np.abs(np.linalg.det(np.stack([high - low, right - left, back - front], axis=1)))
+    else:
+        volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+    weights = np.zeros(len(points))
+    np.add.at(weights, cells, (volume / cells.shape[1])[:, None])
+    return weights
+
+
+def order(steps, values):
+    """(order, standard deviation) of a power law through the points."""
+    steps, values = np.log(np.asarray(steps, float)), np.log(np.asarray(values, float))
+    if len(steps) < 2:
+        return np.nan, np.nan
+    if len(steps) == 2:
+        return float(np.diff(values)[0] / np.diff(steps)[0]), np.nan
+    coefficients, covariance = np.polyfit(steps, values, 1, cov=True)
+    return float(coefficients[0]), float(np.sqrt(covariance[0, 0]))

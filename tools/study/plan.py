@@ -1,0 +1,187 @@
+"""A study file: which runs with which settings, what is measured and drawn.
+
+    base: ../ideal_lv/efs1.yaml        # scene that all runs start from
+    settings: {time.end: 0.8 s}        # of all runs; keys may be shortened as for --set
+    calcium: replay                    # electrophysiology once for each mesh and step, replayed after
+    ranks: 1                           # of each participant
+    vary:                              # every combination is a run, named after its parts; or a list of such tables
+      scheme: {EFS1: {scheme: EFS1}, E1FS2: {scheme: E1FS, iterations: 2}}
+      alpha: {a2500: {alpha: 2500 kg/(m^2 s)}, a5000: {alpha: 5000 kg/(m^2 s)}}
+    also: {E1FSinf: {...}}             # single runs besides
+    reference: E1FSinf                 # what errors are against; "E1FSinf_{step}": the one with the same step
+    paper: {EFS1: {EF_percent: 53.4}}  # numbers drawn and tabled beside those of the run of that name
+    measure: [EF_percent, error_V]     # columns of the table; the usual ones, when left out
+    figures: {losses: {kind: against, x: alpha, y: [ILI_C_percent]}}
+    pareto: {errors: [error_EF, error_p_max]}
+    border: {key: alpha, ...}          # of stability, see border.py
+
+Two settings are no keys of the scene: `from: {run: NAME, time: 90 ms}` or `from: {run: NAME, phase: ejection}` starts from
+a checkpoint of another run, the nearest one or the first one in that phase; `steps: 200` ends after so many steps.
+"""
+import itertools
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .case import Case, Start
+from .scene import Keys, StudyError, check_keys, join, lay_over, load, number, quantity, with_bases
+
+STUDY_KEYS = ["about", "base", "settings", "calcium", "ranks", "vary", "also", "reference", "paper", "measure", "figures",
+              "pareto", "border"]
+FIGURE_KEYS = {"against": ["kind", "title", "x", "x_label", "y", "by", "log", "fit", "runs"],
+               "curves": ["kind", "title", "columns", "from_ms", "until_ms", "runs"],
+               "bars": ["kind", "title", "y", "runs"],
+               "flow": ["kind", "title", "runs"],
+               "potential": ["kind", "title", "runs", "times_ms"]}
+PARETO_KEYS = ["errors", "runs"]
+BORDER_KEYS = ["key", "unit", "values", "precision", "column", "closed_form", "x", "x_label"]
+OWN_SETTINGS = ["from", "steps"]
+RECORDED = ["geometry", "fibres", "electrophysiology", "time"]  # what calcium depends on
+
+
+@dataclass
+class Run:
+    """One run as a study names it; `values` has the first number of each axis, in the unit of the study."""
+    name: str
+    overlay: dict
+    parts: dict = field(default_factory=dict)  # axis -> name of the choice
+    values: dict = field(default_factory=dict)
+    own: dict = field(default_factory=dict)  # OWN_SETTINGS
+
+
+class Study:
+    """A study file, checked."""
+
+    def __init__(self, file, defaults, base=None, settings=(), ranks=None):
+        self.file, self.name, self.keys = Path(file), Path(file).stem, Keys(defaults)
+        tree = load(self.file)
+        check_keys(tree, STUDY_KEYS, self.file)
+        if not (base or "base" in tree):
+            raise StudyError(f"{self.file}: key 'base' is missing: which scene do the runs start from?")
+        if tree.get("calcium", "replay") != "replay":
+            raise StudyError(f"{self.file}: key 'calcium': write 'replay', or leave it out")
+        self.about, self.replays = tree.get("about", self.name), "calcium" in tree
+        self.ranks = ranks or tree.get("ranks", 1)
+        self.reference, self.measure, self.paper = tree.get("reference"), tree.get("measure"), tree.get("paper") or {}
+        base_tree = with_bases(Path(base).resolve() if base else (self.file.parent / tree["base"]).resolve())
+        own, common = self.split(tree.get("settings"), "settings")
+        self.common = own, {}
+        self.base_tree = lay_over(lay_over(base_tree, common), self.command_line(settings))
+        self.figures = {name: self.checked(figure, f"figures.{name}", FIGURE_KEYS.get(figure.get("kind")))
+                        for name, figure in (tree.get("figures") or {}).items()}
+        self.pareto = self.checked(tree.get("pareto") or {}, "pareto", PARETO_KEYS)
+        self.border = self.checked(tree.get("border") or {}, "border", BORDER_KEYS)
+        self.runs = self.all_runs(tree)
+        self.by_name = {run.name: run for run in self.runs}
+        self.check_names()
+        self.cases = {}
+
+    def checked(self, table, where, allowed):
+        if allowed is None:
+            raise StudyError(f"{self.file}: {where}: key 'kind' is one of {', '.join(FIGURE_KEYS)}")
+        check_keys(table, allowed, f"{self.file}: {where}")
+        return table
+
+    def check_names(self):
+        names = [run.name for run in self.runs]
+        for name in names:
+            if names.count(name) > 1 or not re.fullmatch(r"[\w.+-]+", name):
+                raise StudyError(f"{self.file}: run '{name}': names must differ and be of letters, digits and _ . + -")
+        if not names:
+            raise StudyError(f"{self.file}: no runs: 'vary' and 'also' are missing")
+        if self.reference and "{" not in self.reference and self.reference not in names:
+            raise StudyError(f"{self.file}: key 'reference': there is no run '{self.reference}' among {', '.join(names)}")
+
+    def split(self, settings, where):
+        """What is for the study itself, and the overlay of the scene."""
+        settings = settings or {}
+        own = {key: settings[key] for key in OWN_SETTINGS if key in settings}
+        rest = {key: value for key, value in settings.items() if key not in own}
+        return own, self.keys.overlay(rest, f"{self.file}: {where}", OWN_SETTINGS)
+
+    def command_line(self, settings):
+        tree = {}
+        for setting in settings:
+            key, sign, value = setting.partition("=")
+            if not sign:
+                raise StudyError(f"--set {setting}: write key=value")
+            tree = join(tree, self.keys.overlay({key: value}, f"--set {setting}"))
+        return tree
+
+    def all_runs(self, tree):
+        vary = tree.get("vary") or []
+        runs = []
+        for table in vary if isinstance(vary, list) else [vary]:
+            axes = [[(axis, str(name), own) for name, own in choices.items()] for axis, choices in table.items()]
+            runs += [self.run(row) for row in itertools.product(*axes)]
+        return runs + [self.run([(None, str(name), own)]) for name, own in (tree.get("also") or {}).items()]
+
+    def run(self, choices):
+        """The run of some [(axis, name, settings)]."""
+        own, overlay = self.common
+        parts, values = {}, {}
+        for axis, name, settings in choices:
+            its_own, its_overlay = self.split(settings, name)
+            own, overlay = {**own, **its_own}, join(overlay, its_overlay)
+            for key, value in (settings or {}).items():
+                at = value.get("time") if key == "from" else value
+                if number(at) is not None:
+                    values.setdefault(key, number(at))
+                    values.setdefault(axis, number(at))
+            parts[axis] = name
+        parts.pop(None, None)
+        return Run("_".join(name for _, name, _ in choices), overlay, parts, values, own)
+
+    def varied(self, run, key, value, name):
+        """The run with one more setting."""
+        overlay = join(run.overlay, self.keys.overlay({key: value}, f"{self.file}: border"))
+        return Run(f"{run.name}_{name}", overlay, run.parts, run.values, run.own)
+
+    def reference_of(self, run):
+        """The run that this one is compared with, if there is one."""
+        try:
+            return self.by_name.get(self.reference.format(**run.parts)) if self.reference else None
+        except KeyError:
+            return None
+
+    def case(self, run):
+        """What is to be computed for a run."""
+        if run.name not in self.cases:
+            self.cases[run.name] = None  # until it is known: who needs itself is noticed
+            self.cases[run.name] = self.make_case(run)
+        if self.cases[run.name] is None:
+            raise StudyError(f"{self.file}: run '{run.name}': key 'from': it would start from itself")
+        return self.cases[run.name]
+
+    def make_case(self, run):
+        tree = lay_over(self.base_tree, run.overlay)
+        for participant in tree.get("participants", {}).values():
+            participant["ranks"] = self.ranks
+        calcium = self.recording(tree) if self.replays and "ep" in tree.get("participants", {}) else None
+        return Case(tree, calcium, self.start(run), run.own.get("steps"))
+
+    def start(self, run):
+        where = run.own.get("from")
+        if not where:
+            return None
+        check_keys(where, ["run", "time", "phase"], f"{self.file}: run '{run.name}': from")
+        try:
+            source = self.by_name[str(where.get("run")).format(**run.parts)]
+        except KeyError as error:
+            raise StudyError(f"{self.file}: run '{run.name}': key 'from': there is no run '{where.get('run')}'") from error
+        if ("time" in where) == ("phase" in where):
+            raise StudyError(f"{self.file}: run '{run.name}': key 'from': write either 'time' or 'phase'")
+        return Start(self.case(source), quantity(where["time"]) if "time" in where else where["phase"])
+
+    def recording(self, tree):
+        """Electrophysiology of this scene on a wall that does not contract, since nothing of its motion enters; as long
+        as the base, so that runs of several lengths share it."""
+        own = {"scene": "calcium", "coupling": None, "output": {"checkpoint": None}, "participants": None,
+               "mechanics": {"active": {"model": "none"}}}
+        scene = lay_over(tree, own)
+        scene["coupling"] = {"scheme": "electromechanics"}
+        scene["participants"] = {"ep": {"program": "ep_solver", "ranks": self.ranks},
+                                 "mech": {"program": "mech_solver", "ranks": self.ranks}}
+        ends = [tree["time"]["end"], self.base_tree["time"]["end"]]
+        scene["time"] = {**tree["time"], "end": max(ends, key=quantity)}
+        return Case(scene, records="calcium", identity={key: scene.get(key) for key in RECORDED})
