@@ -36,6 +36,7 @@ def arguments():
     parser.add_argument("--only", nargs="+", default=["*"], metavar="NAME", help="these runs only; * and ? as in a shell")
     parser.add_argument("--retry", action="store_true", help="repeats runs that have failed")
     parser.add_argument("--tolerance", nargs="+", default=[], metavar="EF=2%", help="of advise: errors that may be")
+    parser.add_argument("--name", help="of the folder of table and figures; default: the study file's")
     parser.add_argument("--out", type=Path, default=ROOT / "results/studies", help="folder of all studies")
     return parser.parse_args()
 
@@ -77,6 +78,7 @@ def tell(study, store, schedule, chosen, folder):
 def perform(options):
     known = defaults()
     study = Study(options.study, known, options.base, options.settings, options.ranks)
+    study.name = options.name or study.name
     folder = options.out.resolve() / study.name
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(options.out / "runs", known)

@@ -31,27 +31,26 @@ COLOURS = {"stable": "#2a9d4e", "growing": "#f0a020", "failed": "#d03030"}
 def growth(history, column, n_steps):
     """Logarithmic growth per step, fitted over the last three quarters of the last `n_steps` steps.
 
-    A signed column is split into the part that alternates from step to step and the rest, and the faster one counts; of
-    one that has no sign, like the root mean square of a disagreement, the largest value of every five steps is taken.
+    A signed column is split into the part that alternates from step to step and the rest, and the faster one counts. What
+XX
     """
     signal = history[column][-n_steps:]
     signal = signal[np.isfinite(signal)]
-    used = 3 * len(signal) // 4
     if len(signal) < 40:
         return np.nan
-    if (signal >= 0).all():
-        return slope(np.array([part.max() for part in np.array_split(signal[-used:], used // 5)])) / 5
-    alternating = np.abs(np.diff(signal, 8))  # each difference doubles what alternates, and shrinks what is smooth
-    smooth = np.abs(signal[1:] + signal[:-1])
-    floor = 1e-7 * np.abs(signal).max()  # of the solvers
-    parts = [(slope(alternating[-used:]), alternating[-20:].max() / 256)]
-    parts += [(slope(np.array([part.max() for part in np.array_split(smooth[-used:], used // 10)])) / 10,
-               smooth[-20:].max() / 2)]
-    return max((rate for rate, size in parts if size > floor), default=-1.0)
+    alternating = np.abs(np.diff(signal, 8)) / 256  # each difference doubles what alternates, and shrinks what is smooth
+    smooth = np.abs(signal[1:] + signal[:-1]) / 2
+    parts = [(signal, 1e-2)] if (signal >= 0).all() else [(alternating, 1e-4), (smooth, 1e-2)]
+    first = np.abs(signal[:len(signal) // 4]).max()
+    rates = [rate(part) for part, share in parts if part[-20:].max() > share * first]
+    return max(rates, default=-1.0)
 
 
-def slope(values):
-    return float(np.polyfit(np.arange(values.size), np.log(np.maximum(values, 1e-300)), 1)[0])
+def rate(part):
+    """Slope of the logarithm of the largest of every ten."""
+    used = 3 * len(part) // 4
+    largest = np.array([some.max() for some in np.array_split(part[-used:], used // 10)])
+    return float(np.polyfit(np.arange(largest.size), np.log(np.maximum(largest, 1e-300)), 1)[0]) / 10
 
 
 class Search:

@@ -184,4 +184,6 @@ class Study:
                                  "mech": {"program": "mech_solver", "ranks": self.ranks}}
         ends = [tree["time"]["end"], self.base_tree["time"]["end"]]
         scene["time"] = {**tree["time"], "end": max(ends, key=quantity)}
+        if round(10e-3 / quantity(tree["time"]["step"]), 6).is_integer():
+            scene["output"]["every"] = "10 ms"  # the paper's instants
         return Case(scene, records="calcium", identity={key: scene.get(key) for key in RECORDED})
