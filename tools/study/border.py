@@ -8,7 +8,7 @@ disagree by more and more from step to step.
       precision: 0.02                  # the border is bracketed by values closer than this share, then interpolated
       column: disagreement             # of history.csv, whose growth is fitted over the last three quarters of the run
       closed_form: [impedance]         # curves drawn beside: see closed_forms.py
-      x: step                          # axis of the study that is the map's abscissa
+      x: step                          # axis of the study that is the map's abscissa, logarithmic with log_x: true
 
 Each value is a run of its own, in the store as all runs are. It is *stable* when the disagreement decays, *growing* when
 it does not, *failed* when the program has stopped it, which it does when the disagreement gets large.
@@ -181,6 +181,9 @@ def write(study, searches, folder):
                         for key, value in row.items() if value != ""))
     if any(search.points for search in searches):
         draw(study, searches, folder / f"{study.name}.png")
+    for search in searches:
+        if not search.pending and search.points and not search.border():
+            print(f"{search.run.name}: no border among the values; is there a disturbance that could grow?", file=sys.stderr)
     if missing:
         print("missing: " + ", ".join(missing), file=sys.stderr)
     return 1 if missing else 0
@@ -205,7 +208,8 @@ def draw(study, searches, path):
     drawing, axes = plt.subplots(-(-len(groups) // columns), columns, squeeze=False, sharey=True, sharex=True,
                                  figsize=(1 + 3.6 * columns, 0.8 + 3.6 * -(-len(groups) // columns)))
     values = [value for search in searches for value in search.points if value < DIRICHLET]
-    top = 3 * max(values)
+    dirichlet = any(value >= DIRICHLET for search in searches for value in search.points)
+    top = 3 * max(values) if dirichlet else max(values)
     for axis, (name, members) in zip(axes.ravel(), groups.items()):
         draw_map(axis, study, members, top)
         axis.set_title(name, fontsize=10)
@@ -232,7 +236,7 @@ def draw_map(axis, study, searches, top):
         return search.run.values.get(study.border.get("x"), 0)
 
     searches = sorted(searches, key=x)
-    if len(searches) > 1 and min(map(x, searches)) > 0 and x(searches[-1]) / x(searches[0]) > 4:
+    if study.border.get("log_x"):
         axis.set_xscale("log")
         axis.set_xticks([x(search) for search in searches], [f"{x(search):g}" for search in searches])
         axis.minorticks_off()

@@ -40,8 +40,8 @@ def defaults():
     return yaml.safe_load(coupler("--print-defaults"))
 
 
-def checkpoint(folder, when):
-    """(folder, time) of the checkpoint nearest to a time, or of the first one in a phase."""
+def checkpoint(folder, when, apart):
+    """(folder, time) of the checkpoint nearest to a time, not farther than `apart`, or of the first one in a phase."""
     sets = []
     for manifest in Path(folder).glob("checkpoints/*/manifest.json"):
         sets.append((json.loads(manifest.read_text())["time"], manifest.parent))
@@ -49,7 +49,7 @@ def checkpoint(folder, when):
         phases = [(begin, end) for name, begin, end in History(folder).phases() if name == when]
         sets = [found for found in sorted(sets) if phases and phases[0][0] <= found[0] + 1e-9 <= phases[0][1]]
     else:
-        sets.sort(key=lambda found: abs(found[0] - when))
+        sets = sorted((found for found in sets if abs(found[0] - when) <= apart), key=lambda found: abs(found[0] - when))
     if not sets:
         raise StudyError(f"no checkpoint of '{when}' in {folder}: does that run have output.checkpoint.every and keep?")
     return sets[0][1], sets[0][0]
@@ -77,7 +77,7 @@ class Launch:
             played = {"program": "replay", "ranks": 1, "settings": {"file": str(store.of(case.calcium) / "calcium.h5")}}
             tree = lay_over(tree, {"participants": {"ep": played}})
         if case.start:
-            found, begin = checkpoint(store.of(case.start.case), case.start.when)
+            found, begin = checkpoint(store.of(case.start.case), case.start.when, 20 * case.start.case.step)
             arguments += ["--restart", found]
         if case.steps:
             tree = lay_over(tree, {"time": {"end": f"{begin + case.steps * case.step:.9g} s"}})

@@ -34,7 +34,7 @@ FIGURE_KEYS = {"against": ["kind", "title", "x", "x_label", "y", "by", "log", "f
                "flow": ["kind", "title", "runs"],
                "potential": ["kind", "title", "runs", "times_ms"]}
 PARETO_KEYS = ["errors", "runs"]
-BORDER_KEYS = ["key", "unit", "values", "precision", "column", "closed_form", "x", "x_label"]
+BORDER_KEYS = ["key", "unit", "values", "precision", "column", "closed_form", "x", "x_label", "log_x"]
 OWN_SETTINGS = ["from", "steps"]
 RECORDED = ["geometry", "fibres", "electrophysiology", "time"]  # what calcium depends on
 
