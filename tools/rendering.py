@@ -1,0 +1,246 @@
+"""Bodies of a run rendered off screen by VTK, put together with titles and colour bars by matplotlib."""
+import functools
+
+import h5py
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+CELL_TYPES = {8: vtk.VTK_HEXAHEDRON, 4: vtk.VTK_TETRA, 10: vtk.VTK_QUADRATIC_TETRA}
+BONE = (0.86, 0.84, 0.82)
+
+
+class Series:
+    """One fields/NAME.h5: a mesh and its fields at a number of instants."""
+
+    def __init__(self, path):
+        self.file = h5py.File(path, "r")
+        self.points = self.file["mesh/points"][:]
+        self.cells = self.file["mesh/cells"][:].astype(np.int64)
+        self.groups = sorted(name for name in self.file if name != "mesh")
+        self.times = np.array([self.file[name].attrs["time"] for name in self.groups])
+
+    def nearest(self, time):
+        return int(np.argmin(abs(self.times - time)))
+
+    def field(self, name, instant):
+        values = self.file[self.groups[instant]][name][:]
+        return values[:, 0] if values.shape[1] == 1 else values
+
+    def has(self, name):
+        return name in self.file[self.groups[0]]
+
+    def grid(self, instant=0, motion=None, **fields):
+        """The mesh, moved by the field `motion`, with point data."""
+        points = self.points + (self.field(motion, instant) if motion else 0)
+        grid, vertices, cells = vtk.vtkUnstructuredGrid(), vtk.vtkPoints(), vtk.vtkCellArray()
+        vertices.SetData(numpy_to_vtk(points, deep=True))
+        n_cells, n = self.cells.shape
+        offsets = numpy_to_vtk(np.arange(n_cells + 1, dtype=np.int64) * n, deep=True, array_type=vtk.VTK_ID_TYPE)
+        cells.SetData(offsets, numpy_to_vtk(self.cells.ravel(), deep=True, array_type=vtk.VTK_ID_TYPE))
+        grid.SetPoints(vertices)
+        grid.SetCells(CELL_TYPES[n], cells)
+        for name, values in fields.items():
+            array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
+            array.SetName(name)
+            grid.GetPointData().AddArray(array)
+        return grid
+
+
+def run(algorithm, data):
+    algorithm.SetInputData(data)
+    algorithm.Update()
+    return algorithm.GetOutput()
+
+
+def far_half(grid):
+    """What lies behind the plane y = 0, seen from the front."""
+    plane = vtk.vtkPlane()
+    plane.SetNormal(0, 1, 0)
+    clip = vtk.vtkTableBasedClipDataSet()
+    clip.SetClipFunction(plane)
+    return run(clip, grid)
+
+
+def section(grid):
+    plane, cutter = vtk.vtkPlane(), vtk.vtkCutter()
+    plane.SetNormal(0, 1, 0)
+    plane.SetOrigin(0, 1e-7, 0)  # off the nodes
+    cutter.SetCutFunction(plane)
+    return run(cutter, grid)
+
+
+def surface(grid):
+    return run(vtk.vtkDataSetSurfaceFilter(), grid)
+
+
+def actor(data, field=None, limits=(0, 1), colours="viridis", colour=BONE, opacity=1.0, edges=False):
+    mapper = vtk.vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    if field:
+        table = vtk.vtkLookupTable()
+        table.SetNumberOfTableValues(256)
+        for i, rgba in enumerate(plt.get_cmap(colours)(np.linspace(0, 1, 256))):
+            table.SetTableValue(i, *rgba)
+        mapper.SetLookupTable(table)
+        mapper.UseLookupTableScalarRangeOn()
+        table.SetRange(*limits)
+        mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray(field)
+        mapper.InterpolateScalarsBeforeMappingOn()
+    else:
+        mapper.ScalarVisibilityOff()
+    body = vtk.vtkActor()
+    body.SetMapper(mapper)
+    look = body.GetProperty()
+    look.SetColor(*colour)
+    look.SetOpacity(opacity)
+    look.SetAmbient(0.5)
+    look.SetDiffuse(0.55)
+    if edges:
+        look.EdgeVisibilityOn()
+        look.SetEdgeColor(0.25, 0.25, 0.25)
+        look.SetLineWidth(0.6)
+    return body
+
+
+def line(data, colour, width):
+    """Lines that lie in a surface, drawn in front of it."""
+    body = actor(data, colour=colour)
+    body.GetProperty().SetLineWidth(width)
+    body.GetProperty().LightingOff()
+    body.GetMapper().SetResolveCoincidentTopologyToPolygonOffset()
+    body.GetMapper().SetRelativeCoincidentTopologyLineOffsetParameters(0, -500)
+    return body
+
+
+def warped(data, vectors):
+    data.GetPointData().SetActiveVectors(vectors)
+    return run(vtk.vtkWarpVector(), data)
+
+
+def thinned(data, n):
+    """About n of the points, the same in every picture."""
+    mask = vtk.vtkMaskPoints()
+    mask.SetOnRatio(max(1, data.GetNumberOfPoints() // n))
+    mask.RandomModeOn()
+    mask.SetRandomModeType(1)
+    return run(mask, data)
+
+
+def lattice(grid, spacing, box):
+    """The grid's fields on an even lattice of points in the plane y = 0."""
+    x, z = np.meshgrid(*(np.arange(box[0][c] + 0.5 * spacing, box[1][c], spacing) for c in (0, 2)))
+    points, cloud, probe = vtk.vtkPoints(), vtk.vtkPolyData(), vtk.vtkProbeFilter()
+    points.SetData(numpy_to_vtk(np.column_stack([x.ravel(), np.full(x.size, 1e-7), z.ravel()]), deep=True))
+    cloud.SetPoints(points)
+    probe.SetSourceData(grid)
+    return run(probe, cloud)  # zero outside: no arrow
+
+
+def glyphs(points, vectors, length, arrow):
+    """Rods, or arrows scaled by the vectors' length."""
+    points.GetPointData().SetActiveVectors(vectors)
+    if arrow:
+        source = vtk.vtkArrowSource()
+        source.SetTipLength(0.35)
+        source.SetTipRadius(0.1)
+        source.SetShaftRadius(0.03)
+        shape = source.GetOutputPort()
+    else:
+        source, rotate, turn = vtk.vtkCylinderSource(), vtk.vtkTransformPolyDataFilter(), vtk.vtkTransform()
+        source.SetRadius(0.09)
+        source.SetResolution(8)
+        turn.RotateZ(90)  # a cylinder stands along y, glyphs along x
+        rotate.SetTransform(turn)
+        rotate.SetInputConnection(source.GetOutputPort())
+        shape = rotate.GetOutputPort()
+    glyph = vtk.vtkGlyph3D()
+    glyph.SetSourceConnection(shape)
+    glyph.SetVectorModeToUseVector()
+    glyph.SetScaleModeToScaleByVector() if arrow else glyph.SetScaleModeToDataScalingOff()
+    glyph.SetScaleFactor(length)
+    return run(glyph, points)
+
+
+@functools.lru_cache(maxsize=None)
+def off_screen_window(size):
+    """One for the whole program: a virtual display may vanish with its last window."""
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(8)
+    window.SetSize(*size)
+    return window
+
+
+def render(actors, box, size=(560, 860)):
+    """An RGB image of the actors, seen along +y with x to the right and z up."""
+    scene, window, grab = vtk.vtkRenderer(), off_screen_window(size), vtk.vtkWindowToImageFilter()
+    scene.SetBackground(1, 1, 1)
+    for body in actors:
+        scene.AddActor(body)
+    window.AddRenderer(scene)
+    low, high = box
+    centre, extent = (low + high) / 2, high - low
+    camera = scene.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    camera.SetFocalPoint(*centre)
+    camera.SetPosition(centre[0], centre[1] - 1, centre[2] + 0.12)
+    camera.SetViewUp(0, 0, 1)
+    camera.SetParallelScale(0.54 * max(extent[2], extent[0] * size[1] / size[0]))
+    scene.ResetCameraClippingRange()
+    window.Render()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    image = grab.GetOutput()
+    window.RemoveRenderer(scene)
+    width, height, _ = image.GetDimensions()
+    return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1].copy()
+
+
+def bounds(points):
+    return points.min(axis=0), points.max(axis=0)
+
+
+def values_of(grid, name):
+    return vtk_to_numpy(grid.GetPointData().GetArray(name))
+
+
+def compose(panels, bars, title, path):
+    """Panels [(image, caption)] side by side; bars [(label, limits, colours, first panel, last panel)] below."""
+    compose_rows([panels], [bars], title, path)
+
+
+def compose_rows(rows, bars_of_rows, title, path):
+    """Rows of panels, each with its colour bars below."""
+    n = max(len(row) for row in rows)
+    height = 5.9 * len(rows)
+    figure = plt.figure(figsize=(3.1 * n + 0.2, height))
+    for k, (panels, bars) in enumerate(zip(rows, bars_of_rows)):
+        top, bottom = 1 - (5.9 * k + 0.77) / height, 1 - (5.9 * k + 5.31) / height
+        columns = figure.add_gridspec(2, n, height_ratios=[1, 0.025], left=0.01, right=0.99, top=top, bottom=bottom,
+                                      hspace=0.02, wspace=0.02)
+        for i, (image, caption) in enumerate(panels):
+            axis = figure.add_subplot(columns[0, i])
+            axis.imshow(image)
+            axis.set_title(caption, fontsize=10)
+            axis.axis("off")
+        for label, limits, colours, first, last in bars:
+            slot = columns[1, first:last + 1].get_position(figure)
+            width = min(0.75 * slot.width, 4 / figure.get_figwidth())
+            axis = figure.add_axes([slot.x0 + (slot.width - width) / 2, slot.y0, width, slot.height])
+            scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits), colours)
+            figure.colorbar(scale, cax=axis, orientation="horizontal", label=label)
+    figure.suptitle(title, fontsize=13)
+    figure.savefig(path, dpi=150 if len(rows) == 1 else 90)
+    plt.close(figure)
+    print(path)
+
+
+def milliseconds(time):
+    return f"t = {1e3 * time:.0f} ms"
