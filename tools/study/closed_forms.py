@@ -34,4 +34,38 @@ def column_impedance(scene, step):
     return step / np.linalg.inv(mass / step**2 + damping / step + stiffness)[0, 0]
 
 
-FORMS = {"piston": piston}
+def tube(tree, defaults):
+    """EFS1 on an elastic tube with open ends, thin wall and ideal fluid. The model problem of Causin, Gerbeau and Nobile
+    (2005, doi:10.1016/j.cma.2004.12.005) has, for the motion of amplification -1, with the wall's mass m_s and stiffness
+    beta per area, the blood's added mass m_a, r = m_a/m_s and b = beta dt^2/m_s, the limit
+
+        m_a/dt 4 (4 + b) / (4 (r - 1) - b);        none when the denominator is not positive: then every alpha is stable.
+
+    The longest wave has the largest m_a = rho I0(k R) / (k I1(k R)), k = pi/L, and the lowest limit."""
+    scene = lay_over(defaults, tree)
+    if scene["coupling"]["scheme"] != "EFS1":
+        return None
+    shape, step = scene["geometry"]["tube"], quantity(scene["time"]["step"])
+    length, radius, wall = (quantity(shape[key]) for key in ("length", "radius", "wall"))
+    modulus, ratio = young_and_poisson(scene["mechanics"])
+    mass, stiffness = quantity(scene["mechanics"]["density"]) * wall, modulus * wall / (1 - ratio**2) / radius**2
+    k = np.pi / length
+    added = quantity(scene["fluid"]["density"]) * np.i0(k * radius) / (k * bessel_i1(k * radius))
+    b = stiffness * step**2 / mass
+    denominator = 4 * (added / mass - 1) - b
+    return added / step * 4 * (4 + b) / denominator if denominator > 0 else None
+
+
+def bessel_i1(x):
+    """I1 = (1/pi) int_0^pi exp(x cos t) cos t dt, by the midpoint rule, which is exact to round-off here."""
+    t = np.pi * (np.arange(64) + 0.5) / 64
+    return np.mean(np.exp(x * np.cos(t)) * np.cos(t))
+
+
+def young_and_poisson(mechanics):
+    """Of the neo-Hookean law for small strains."""
+    mu, kappa = quantity(mechanics["neo_hookean"]["mu"]), quantity(mechanics["neo_hookean"]["kappa"])
+    return 9 * kappa * mu / (3 * kappa + mu), (3 * kappa - 2 * mu) / (2 * (3 * kappa + mu))
+
+
+FORMS = {"piston": piston, "tube": tube}

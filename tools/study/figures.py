@@ -19,6 +19,8 @@ NAMES = {"EF_percent": "ejection fraction", "p_max_mmHg": "$p_{max}$", "ILI_C_pe
          "ILI_R_percent": "$ILI_R$", "cpu_s": "CPU time", "wall_s": "wall time", "error_EF": "error of EF",
          "error_p_max": "error of $p_{max}$", "error_ILI_C": "error of $ILI_C$", "error_ILI_R": "error of $ILI_R$",
          "error_V": "error of V(t), $L^2$", "error_p": "error of p(t), $L^2$", "max_V": r"max $|V-V_{ref}|$",
+         "step_ms": "wall time of a step", "prepare_ms": "preparing blood and wall, a step",
+         "solve_ms": "solving blood and wall, a step", "h_mm": "mean diameter h of the wall's cells",
          "max_p": r"max $|p-p_{ref}|$", "mean_coupling_iterations": "iterations a step"}
 NORMS = {"d": "displacement", "u": "velocity", "pressure": "pressure field", "V": "volume", "p": "mean pressure"}
 MARKERS = "osD^vP*X<>"
@@ -60,21 +62,21 @@ def panels(n, size=(4.2, 3.6)):
 
 
 def against(study, _, figure, runs, done, path):
-    """Measures against a varied number; runs that do not have it as dashed lines, the paper's hollow."""
+    """Measures against a varied number or another measure; runs that do not have it as dashed lines, the paper's hollow."""
     drawing, axes = panels(len(figure["y"]))
-    groups = {}
+    groups, x = {}, {run.name: run.values.get(figure["x"], done[run.name].get(figure["x"])) for run in runs}
     for run in runs:
         groups.setdefault(run.parts.get(figure.get("by"), ""), []).append(run)
     for axis, measure in zip(axes, figure["y"]):
-        lines = [run for run in runs if figure["x"] not in run.values and measure in done[run.name]]
+        lines = [run for run in runs if x[run.name] is None and measure in done[run.name]]
         for i, (group, members) in enumerate(groups.items()):
-            points = sorted((run.values[figure["x"]], done[run.name][measure], run) for run in members
-                            if figure["x"] in run.values and measure in done[run.name])
+            points = sorted(((x[run.name], done[run.name][measure], run) for run in members
+                             if x[run.name] is not None and measure in done[run.name]), key=lambda point: point[0])
             if points:
                 draw_group(axis, figure, measure, group, i, points, study.paper)
         for run in lines:
             draw_level(axis, run.name, done[run.name][measure], study.paper.get(run.name, {}).get(measure))
-        axis.set_xlabel(figure.get("x_label", figure["x"]))
+        axis.set_xlabel(figure.get("x_label", label(figure["x"])))
         axis.set_ylabel(label(measure))
         axis.set_xscale("log" if "x" in figure.get("log", []) else "linear")
         axis.set_yscale("log" if "y" in figure.get("log", []) else "linear")
@@ -92,7 +94,7 @@ def draw_group(axis, figure, measure, group, i, points, paper):
         shift = np.mean(np.log(y) - slope * np.log(x))
         axis.plot(x, np.exp(shift) * x**slope, "--", lw=1, color=f"C{i}")
     axis.plot(x, y, MARKERS[i] + ("" if figure.get("fit") else "-"), color=f"C{i}", label=name, ms=5)
-    known = [(run.values[figure["x"]], paper[run.name][measure]) for *_, run in points
+    known = [(at, paper[run.name][measure]) for at, _, run in points
              if measure in paper.get(run.name, {})]
     if known:
         axis.plot(*zip(*known), MARKERS[i], color=f"C{i}", mfc="none", ms=9, label=f"{group} paper")

@@ -6,6 +6,8 @@
 | error_ILI_C, error_ILI_R | difference [percentage points] |
 | error_V, error_p | of V(t) and p(t): L2 norm in time of the difference over that of the reference [%] |
 | max_V, max_p | largest difference in time [mL, mmHg] |
+| h_mm | mean diameter of the wall's cells |
+| step_ms, prepare_ms, solve_ms | wall time of a mean step, and of what blood and wall do in it |
 | contraction_*, ejection_* | maximum in time of the difference over a part of the heartbeat, see `norms` |
 """
 from pathlib import Path
@@ -17,7 +19,7 @@ from results import ML, MMHG, History, indicators
 
 UNITS = {"EF_percent": "%", "p_max_mmHg": "mmHg", "ILI_C_percent": "%", "ILI_R_percent": "%", "EDV_mL": "mL",
          "ESV_mL": "mL", "cpu_s": "s", "wall_s": "s", "error_EF": "%", "error_p_max": "%", "error_ILI_C": "points",
-         "error_ILI_R": "points", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
+         "error_ILI_R": "points", "step_ms": "ms", "prepare_ms": "ms", "solve_ms": "ms", "h_mm": "mm", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
 NORM_UNITS = {"d": "m m^(3/2)", "u": "m/s m^(3/2)", "pressure": "Pa m^(3/2)", "V": "mL", "p": "mmHg"}
 FIELDS = {"d": ("mech", "displacement"), "u": ("fluid", "velocity"), "pressure": ("fluid", "pressure")}
 USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_coupling_iterations", "cpu_s", "wall_s",
@@ -30,12 +32,35 @@ def measures(folder, reference=None, part=None):
     found.update({f"wall_s_{who}_{work.removeprefix('task:')}": seconds
                   for who, all_work in indicators(folder).get("wall_s_by_work", {}).items()
                   for work, seconds in all_work.items()})
-    if "steps" in found:
-        found["wall_ms_per_step"] = 1e3 * found["wall_s"] / max(1, found["steps"])
+    found.update(times_of_a_step(folder))
+    if (Path(folder) / "fields/mech.h5").exists():
+        found["h_mm"] = cell_diameter(Path(folder) / "fields/mech.h5")
     if reference is not None:
         found.update(errors(folder, reference))
         found.update(norms(folder, reference, part))
     return found
+
+
+def times_of_a_step(folder):
+    """Of a mean step [ms]: all of it, and what blood and wall take to prepare (mesh, active force, tangents) and to solve."""
+    known = indicators(folder)
+    steps = max(1, len(History(folder).time) - 1) if "wall_s" in known else 0
+    if not steps or not known.get("wall_s_by_work"):
+        return {}
+    own = [work for who, work in known["wall_s_by_work"].items() if who in ("fluid", "mech", "fsi")]
+    result = {"step_ms": known["wall_s"]}
+    for work in "prepare", "solve":
+        result[f"{work}_ms"] = sum(times.get(work, 0) for times in own)
+    return {key: 1e3 * value / steps for key, value in result.items()}
+
+
+def cell_diameter(path):
+    """The mean of the cells' largest distance of two corners, at rest [mm]."""
+    with h5py.File(path) as file:
+        corners = file["mesh/points"][:][file["mesh/cells"][:].astype(int)]
+    n = corners.shape[1]
+    distances = [np.linalg.norm(corners[:, i] - corners[:, j], axis=1) for i in range(n) for j in range(i)]
+    return 1e3 * float(np.max(distances, axis=0).mean())
 
 
 def errors(folder, reference):
