@@ -10,7 +10,7 @@ from .scene import quantity
 @dataclass
 class Start:
     case: "Case"
-    when: object  # time [s], or the name of a phase of the heartbeat
+    when: object  # time [s], or a phase of the heartbeat and a time from its beginning
 
 
 @dataclass
@@ -45,5 +45,5 @@ class Case:
         """About, since a phase starts when it starts."""
         if self.steps:
             return self.steps
-        begin = self.start.when if self.start and not isinstance(self.start.when, str) else 0
+        begin = self.start.when if self.start and isinstance(self.start.when, float) else 0
         return max(1, round((quantity(self.tree["time"]["end"]) - begin) / self.step))

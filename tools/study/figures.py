@@ -80,7 +80,8 @@ def against(study, _, figure, runs, done, path):
         axis.set_ylabel(label(measure))
         axis.set_xscale("log" if "x" in figure.get("log", []) else "linear")
         axis.set_yscale("log" if "y" in figure.get("log", []) else "linear")
-        axis.legend(fontsize=7)
+        if axis.has_data():
+            axis.legend(fontsize=7)
     save(drawing, path, figure.get("title", study.about))
 
 

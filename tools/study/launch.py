@@ -41,17 +41,18 @@ def defaults():
 
 
 def checkpoint(folder, when, apart):
-    """(folder, time) of the checkpoint nearest to a time, not farther than `apart`, or of the first one in a phase."""
-    sets = []
-    for manifest in Path(folder).glob("checkpoints/*/manifest.json"):
-        sets.append((json.loads(manifest.read_text())["time"], manifest.parent))
-    if isinstance(when, str):
-        phases = [(begin, end) for name, begin, end in History(folder).phases() if name == when]
-        sets = [found for found in sorted(sets) if phases and phases[0][0] <= found[0] + 1e-9 <= phases[0][1]]
-    else:
+    """(folder, time) of a checkpoint: the one nearest to a time, not farther than `apart`; or of a (phase, time) the first
+    one in that phase, so long after its beginning."""
+    sets = sorted((json.loads(manifest.read_text())["time"], manifest.parent)
+                  for manifest in Path(folder).glob("checkpoints/*/manifest.json"))
+    if isinstance(when, float):
         sets = sorted((found for found in sets if abs(found[0] - when) <= apart), key=lambda found: abs(found[0] - when))
+    else:
+        spans = [(begin + when[1], end) for name, begin, end in History(folder).phases() if name == when[0]]
+        sets = [found for found in sets if spans and spans[0][0] <= found[0] + 1e-9 <= spans[0][1]]
     if not sets:
-        raise StudyError(f"no checkpoint of '{when}' in {folder}: does that run have output.checkpoint.every and keep?")
+        raise StudyError(f"no checkpoint of {when} in {folder}: does that run come to it, with output.checkpoint.every and "
+                         "keep?")
     return sets[0][1], sets[0][0]
 
 
@@ -59,7 +60,7 @@ class Launch:
     """A case being computed in the store."""
 
     def __init__(self, case, store):
-        self.case, self.folder = case, store.begin(case)
+        self.case, self.folder, self.start = case, store.begin(case), None  # time of the checkpoint [s]
         arguments, tree = self.scene(case, store)
         (self.folder / "scene.yaml").write_text(yaml.safe_dump(tree, sort_keys=False))
         line = coupler(self.folder / "scene.yaml", "--launch-line", "--out", self.folder, *arguments)
@@ -72,15 +73,15 @@ class Launch:
 
     def scene(self, case, store):
         """Arguments of the coupler and the scene, with paths and times that are known now only."""
-        arguments, tree, begin = [], case.tree, 0.0
+        arguments, tree = [], case.tree
         if case.calcium:
             played = {"program": "replay", "ranks": 1, "settings": {"file": str(store.of(case.calcium) / "calcium.h5")}}
             tree = lay_over(tree, {"participants": {"ep": played}})
         if case.start:
-            found, begin = checkpoint(store.of(case.start.case), case.start.when, 20 * case.start.case.step)
+            found, self.start = checkpoint(store.of(case.start.case), case.start.when, 20 * case.start.case.step)
             arguments += ["--restart", found]
         if case.steps:
-            tree = lay_over(tree, {"time": {"end": f"{begin + case.steps * case.step:.9g} s"}})
+            tree = lay_over(tree, {"time": {"end": f"{(self.start or 0) + case.steps * case.step:.9g} s"}})
         if case.records:
             arguments += ["--record", f"{case.records}={self.folder / (case.records + '.h5')}"]
         return arguments, tree

@@ -26,8 +26,11 @@ USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_cou
          "error_EF", "error_p_max", "error_V", "error_p", "max_V", "max_p"]
 
 
-def measures(folder, reference=None, part=None):
-    """All numbers of the run in a folder. `part`: "contraction" or "ejection", over which the norms are taken."""
+LAYER = 10e-3  # s after a change of scheme in ejection, in which the new one finds its own pressure: not the step's fault
+
+
+def measures(folder, reference=None, start=None):
+    """All numbers of the run in a folder, which started from another's state at the time `start` if that is given."""
     found = {key: value for key, value in indicators(folder).items() if isinstance(value, (int, float))}
     found.update({f"wall_s_{who}_{work.removeprefix('task:')}": seconds
                   for who, all_work in indicators(folder).get("wall_s_by_work", {}).items()
@@ -37,7 +40,7 @@ def measures(folder, reference=None, part=None):
         found["h_mm"] = cell_diameter(Path(folder) / "fields/mech.h5")
     if reference is not None:
         found.update(errors(folder, reference))
-        found.update(norms(folder, reference, part))
+        found.update(norms(folder, reference, start))
     return found
 
 
@@ -91,22 +94,24 @@ def common_curve(folder, reference, column):
     return own.time[within], own[column][within], np.interp(own.time[within], exact.time, exact[column])
 
 
-def window(folder, reference, part):
-    """(begin, end) of [0, first opening of the aortic valve) or of the ejection, of both runs."""
-    ends, begins = [], []
+def window(folder, reference, start):
+    """(begin, end) of [0, first opening of the aortic valve), or, after a start in ejection, of what follows of it."""
+    ends = []
     for phases in History(folder).phases(), History(reference).phases():
-        ejection = [(begin, end) for name, begin, end in phases if name == "ejection"]
-        if not phases or (part == "ejection" and not ejection):
+        ejection = [(begin, end) for name, begin, end in phases
+                    if name == "ejection" and (start is None or begin <= start <= end)]
+        if not phases or (start is not None and not ejection):
             return None
-        begins.append(ejection[0][0] if part == "ejection" else 0)
-        ends.append(ejection[0][1] if part == "ejection" else ejection[0][0] if ejection else phases[-1][2])
-    return max(begins), min(ends)
+        ends.append(ejection[0][0] if ejection and start is None else ejection[0][1] if ejection else phases[-1][2])
+    return 0 if start is None else start + LAYER, min(ends)
 
 
-def norms(folder, reference, part):
+def norms(folder, reference, start):
     """`PART_d`, `_u`, `_pressure`: L2 norm in space (nodal values, volumes of the reference mesh), maximum over the
-    instants at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps."""
-    span = part and window(folder, reference, part)
+    instants at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps. PART is "contraction",
+    or "ejection" for a run that started in it; then the first 10 ms do not count: whatever the time step, another
+    scheme starts with a jump of its pressure."""
+    part, span = "contraction" if start is None else "ejection", window(folder, reference, start)
     if not span:
         return {}
     result = {}

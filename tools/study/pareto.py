@@ -44,7 +44,7 @@ def draw(study, table, folder):
 
 
 def chart(study, rows, error, path):
-    drawing, axis = plt.subplots(figsize=(10, 7))
+    drawing, axis = plt.subplots(figsize=(12, 8))
     axis.set_xscale("log")
     axis.set_yscale("log")
     floor = min([row[error] for row in rows if row[error] > 0], default=1e-12)
@@ -72,7 +72,7 @@ def put_labels(drawing, axis, points):
     unit = drawing.dpi / 72
     for (x, y), (*_, name) in sorted(zip(pixels, points), key=lambda entry: -entry[0][1]):
         width, height = 3.9 * len(name) * unit, 8 * unit
-        places = [(side, shift) for shift in (0, 8, -8, 16, -16, 24, -24, 32, -32) for side in (1, -1)]
+        places = [(side, shift) for shift in sorted(range(-120, 121, 8), key=abs) for side in (1, -1)]
         for side, shift in places:
             left = x + 7 * unit if side > 0 else x - 7 * unit - width
             box = (left, y + shift * unit - height / 2, left + width, y + shift * unit + height / 2)

@@ -15,8 +15,9 @@
     pareto: {errors: [error_EF, error_p_max]}
     border: {key: alpha, ...}          # of stability, see border.py
 
-Two settings are no keys of the scene: `from: {run: NAME, time: 90 ms}` or `from: {run: NAME, phase: ejection}` starts from
-a checkpoint of another run, the nearest one or the first one in that phase; `steps: 200` ends after so many steps.
+Two settings are no keys of the scene. `from: {run: NAME, time: 90 ms}` or `from: {run: NAME, phase: ejection, after: 8 ms}`
+starts from a checkpoint of another run, the nearest one or the first one in that phase, so long after its beginning.
+`steps: 200` ends after so many steps.
 """
 import itertools
 import re
@@ -164,14 +165,16 @@ class Study:
         where = run.own.get("from")
         if not where:
             return None
-        check_keys(where, ["run", "time", "phase"], f"{self.file}: run '{run.name}': from")
+        check_keys(where, ["run", "time", "phase", "after"], f"{self.file}: run '{run.name}': from")
         try:
             source = self.by_name[str(where.get("run")).format(**run.parts)]
         except KeyError as error:
             raise StudyError(f"{self.file}: run '{run.name}': key 'from': there is no run '{where.get('run')}'") from error
         if ("time" in where) == ("phase" in where):
             raise StudyError(f"{self.file}: run '{run.name}': key 'from': write either 'time' or 'phase'")
-        return Start(self.case(source), quantity(where["time"]) if "time" in where else where["phase"])
+        if "time" in where:
+            return Start(self.case(source), quantity(where["time"]))
+        return Start(self.case(source), (where["phase"], quantity(where.get("after", 0))))
 
     def recording(self, tree):
         """Electrophysiology of this scene on a wall that does not contract, since nothing of its motion enters; as long

@@ -93,18 +93,18 @@ class Schedule:
             self.running.pop(key, None)
             self.steps += launch.steps_done()
             if code == 0:
-                self.finish(launch.case, name, "done", "")
+                self.finish(launch.case, name, "done", "", start=launch.start)
             elif code in LASTING:
                 self.finish(launch.case, name, "failed", f"exit code {code}: {reason}")
             else:  # killed, disk full: no property of the run
                 print(f"{name}: not finished, exit code {code}: {reason}", flush=True)
                 self.drop(launch.case)
 
-    def finish(self, case, name, state, reason):
+    def finish(self, case, name, state, reason, **more):
         try:
             if self.store.of(case).exists() or state == "failed":
                 self.store.of(case).mkdir(parents=True, exist_ok=True)
-                self.store.end(case, state, name=name, reason=reason)
+                self.store.end(case, state, name=name, reason=reason, **more)
         except OSError as error:
             self.obstacle = error.strerror or str(error)
         self.n_done += 1

@@ -19,11 +19,11 @@ def rows(study, store):
 
 
 def comparison(study, store, run):
-    """(folder of the reference, part of the heartbeat in which the two are compared)."""
+    """(folder of the reference, time at which the run has started from another's state)."""
     reference = study.reference_of(run)
     if reference is None or reference is run or store.state(study.case(reference)) != "done":
         return None, None
-    return store.of(study.case(reference)), "ejection" if run.own.get("from") else "contraction"
+    return store.of(study.case(reference)), store.note(study.case(run)).get("start")
 
 
 def paper_rows(study):
