@@ -11,7 +11,9 @@ from pathlib import Path
 from launch import SOURCE, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
+from study.launch import defaults  # noqa: E402
 from study.pareto import cheapest, front, limits  # noqa: E402
+from study.plan import Study  # noqa: E402
 from study.scene import StudyError  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
@@ -151,6 +153,16 @@ class Studies(unittest.TestCase):
         row = self.table()["EFS1"]
         self.assertAlmostEqual(float(row["border"]) / float(row["piston"]), 1, delta=0.03)
         self.assertTrue((self.folder / "out/losses/losses.png").exists())
+
+
+class StudiesOfTheProject(unittest.TestCase):
+    def test_all_can_be_read(self):
+        known = defaults()
+        for file in sorted(SOURCE.glob("configs/studies/*.yaml")):
+            with self.subTest(file.name):
+                study = Study(file, known)
+                for run in study.runs:
+                    study.case(run)
 
 
 class Choice(unittest.TestCase):

@@ -6,7 +6,8 @@ disagree by more and more from step to step.
       unit: kg/(m^2 s)
       values: [4000, 16000, 64000]     # looked at in any case; refined between the last stable and the first unstable one
       precision: 0.02                  # the border is bracketed by values closer than this share, then interpolated
-      column: disagreement             # of history.csv, whose growth is fitted over the last three quarters of the run
+      column: volume_defect            # of history.csv, whose growth is fitted over the last three quarters of the run;
+                                       # 'disagreement' when left out, which sees local motions as well
       closed_form: [impedance]         # curves drawn beside: see closed_forms.py
       x: step                          # axis of the study that is the map's abscissa, logarithmic with log_x: true
 
@@ -21,9 +22,10 @@ import numpy as np
 from results import History
 
 from . import closed_forms
-from .figures import plt, save
+from .figures import log_axis, plt
 from .scene import StudyError
 
+COLUMNS = ["disagreement", "volume_defect"]  # what tells an instability, the better first
 DIRICHLET = 1e8  # kg/(m^2 s): from here on a Robin condition is a Dirichlet condition
 COLOURS = {"stable": "#2a9d4e", "growing": "#f0a020", "failed": "#d03030"}
 
@@ -96,7 +98,7 @@ class Search:
             print(f"{probed.name}: {self.store.reason(case)}", file=sys.stderr)
         elif state == "done":
             history = History(self.store.of(case))
-            column = self.study.border.get("column", "disagreement")
+            column = self.study.border.get("column") or next(name for name in COLUMNS if name in history)
             if column not in history:
                 raise StudyError(f"{self.study.file}: border.column: history.csv of {probed.name} has no '{column}'")
             rate = growth(history, column, case.n_steps)
@@ -237,9 +239,7 @@ def draw_map(axis, study, searches, top):
 
     searches = sorted(searches, key=x)
     if study.border.get("log_x"):
-        axis.set_xscale("log")
-        axis.set_xticks([x(search) for search in searches], [f"{x(search):g}" for search in searches])
-        axis.minorticks_off()
+        log_axis(axis, [x(search) for search in searches])
     for state, colour in COLOURS.items():
         points = [(x(search), min(value, top)) for search in searches for value, (found, _) in search.points.items()
                   if found == state]

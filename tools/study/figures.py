@@ -53,7 +53,7 @@ def save(drawing, path, title):
 
 
 def panels(n, size=(4.2, 3.6)):
-    columns = min(n, 3)
+    columns = 2 if n == 4 else min(n, 3)
     drawing, axes = plt.subplots(-(-n // columns), columns, squeeze=False,
                                  figsize=(size[0] * columns, size[1] * -(-n // columns)))
     for unused in axes.ravel()[n:]:
@@ -77,12 +77,20 @@ def against(study, _, figure, runs, done, path):
         for run in lines:
             draw_level(axis, run.name, done[run.name][measure], study.paper.get(run.name, {}).get(measure))
         axis.set_xlabel(figure.get("x_label", label(figure["x"])))
-        axis.set_ylabel(label(measure))
-        axis.set_xscale("log" if "x" in figure.get("log", []) else "linear")
+        axis.set_ylabel(label(measure), fontsize=9)
+        if "x" in figure.get("log", []):
+            log_axis(axis, sorted({value for value in x.values() if value is not None}))
         axis.set_yscale("log" if "y" in figure.get("log", []) else "linear")
         if axis.has_data():
             axis.legend(fontsize=7)
     save(drawing, path, figure.get("title", study.about))
+
+
+def log_axis(axis, values):
+    """A logarithmic abscissa marked at the values there are."""
+    axis.set_xscale("log")
+    axis.set_xticks(values, [f"{value:.4g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
+    axis.minorticks_off()
 
 
 def draw_group(axis, figure, measure, group, i, points, paper):
@@ -130,17 +138,20 @@ def bars(study, _, figure, runs, done, path):
     names = [run.name for run in runs]
     for i, (axis, measure) in enumerate(zip(axes, figure["y"])):
         values = [done[name].get(measure, np.nan) for name in names]
-        axis.barh(names, values, color=[f"C{k % 10}" for k in range(len(names))], alpha=0.75)
+        axis.barh(range(len(names)), values, color=[f"C{k % 10}" for k in range(len(names))], alpha=0.75)
         for k, value in enumerate(values):
-            axis.annotate(f"{value:.4g}", (value, k), xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
-        known = [(study.paper[name][measure], name) for name in names if measure in study.paper.get(name, {})]
+            if np.isfinite(value):
+                axis.annotate(f"{value:.4g}", (value, k), xytext=(3, 0), textcoords="offset points", va="center",
+                              fontsize=7)
+        axis.set_yticks(range(len(names)), names)
+        known = [(study.paper[name][measure], k) for k, name in enumerate(names) if measure in study.paper.get(name, {})]
         if known:
             axis.plot(*zip(*known), "kD", mfc="none", ms=6, label="paper")
             axis.legend(fontsize=7, loc="lower right")
         axis.set_xlabel(label(measure))
         axis.margins(x=0.15)
         axis.invert_yaxis()
-        axis.tick_params(axis="y", labelsize=7, labelleft=i % 3 == 0)
+        axis.tick_params(axis="y", labelsize=7, labelleft=i % (2 if len(axes) == 4 else 3) == 0)
     save(drawing, path, figure.get("title", study.about))
 
 

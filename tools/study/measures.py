@@ -69,7 +69,7 @@ def cell_diameter(path):
 def errors(folder, reference):
     own, exact, result = indicators(folder), indicators(reference), {}
     for name, key in (("EF", "EF_percent"), ("p_max", "p_max_mmHg")):
-        if key in own and exact.get(key):
+        if key in own and exact.get(key, 0) > 1e-3:
             result[f"error_{name}"] = 100 * abs(own[key] / exact[key] - 1)
     for name in "ILI_C", "ILI_R":
         if f"{name}_percent" in own and f"{name}_percent" in exact:
