@@ -20,6 +20,7 @@ class ALESolver : public bus::Solver {
   void commit_step(const bus::Step &) override;
   void save_state(const std::string &folder, const bus::Step &) override;
   void load_state(const std::string &folder, const bus::Step &) override;
+  std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
 
  private:
   void visit(io::State &state);

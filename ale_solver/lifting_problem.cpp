@@ -68,6 +68,7 @@ unsigned LiftingProblem::lift(Vector &motion) {
 }
 
 unsigned LiftingProblem::lift_component(Vector &motion, unsigned i) {
+  const bus::Stopwatch::Section assembly(stopwatch, "assembly");
   const System &system = systems_[of_component_[i]];
   Vector d = space_.make_vector(1), prescribed = d, b = d, load = d, correction = d;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
@@ -83,6 +84,7 @@ unsigned LiftingProblem::lift_component(Vector &motion, unsigned i) {
   const double norm = b.l2_norm(), tolerance = tolerance_ * std::max(1., load.l2_norm() / norm);
   if (norm == 0 || tolerance >= 1)
     return 0;
+  const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   const auto statistics =
       fem::solve_linear("lifting", "cg", *system.matrix, correction, b, *system.preconditioner, tolerance);
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
@@ -91,6 +93,7 @@ unsigned LiftingProblem::lift_component(Vector &motion, unsigned i) {
 }
 
 void LiftingProblem::check(const Vector &motion) {
+  const bus::Stopwatch::Section section(stopwatch, "check of the mesh");
   const unsigned n = space_.nodes_per_cell();
   unsigned worst_slot = 0;
   smallest_J_ = std::numeric_limits<double>::max();

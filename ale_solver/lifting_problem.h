@@ -1,6 +1,7 @@
 #pragma once
 
 #include "ale_solver/parameters.h"
+#include "common/bus/stopwatch.h"
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
@@ -28,6 +29,7 @@ class LiftingProblem {
   /// For manufactured solutions: whether component i is prescribed at a local node.
   bool prescribed(unsigned node, unsigned i) const { return systems_[of_component_[i]].constrained[node]; }
   double smallest_J() const { return smallest_J_; } ///< of the last lifting, this rank
+  bus::Stopwatch stopwatch;
 
  private:
   /// What components with the same prescribed nodes share.

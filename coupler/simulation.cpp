@@ -49,7 +49,14 @@ rusage own_usage() {
   return usage;
 }
 
+constexpr double MiB = 1024 * 1024;
+
 double seconds(const timeval &time) { return time.tv_sec + 1e-6 * time.tv_usec; }
+
+double busy(const bus::Times &times) {
+  const auto waiting = times.parts.find("waiting");
+  return bus::total(times.parts) - (waiting == times.parts.end() ? 0 : waiting->second);
+}
 
 } // namespace
 
@@ -73,7 +80,9 @@ void Simulation::run() {
   HistoryFile csv(folder_ + "/history.csv", history_);
   checkpoints.remove_after(first.number);
 
-  seconds_.clear(); // all times below are those of the steps
+  times_.clear(); // all costs are those of the steps
+  first_reports_ = last_reports_;
+  const std::size_t rows_before = history_.rows.size();
   const auto start = std::chrono::steady_clock::now();
   StepLog step_log(log_, time, first.number);
   for (int n = first.number + 1; n <= time.n_steps(); ++n) {
@@ -92,7 +101,8 @@ void Simulation::run() {
     }
     runner.refresh(step);
   }
-  write_indicators(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  write_indicators(history_.rows.size() - rows_before,
+                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
 /// The state before the first step, which is the last of the history then.
@@ -177,28 +187,40 @@ void Simulation::collect(const SequenceRunner::Reports &reports, const bus::Step
 
 void Simulation::add_times(const SequenceRunner::Reports &reports) {
   for (const auto &[participant, report] : reports)
-    for (const auto &[work, duration] : report.seconds)
-      seconds_[participant][work] += duration;
+    times_[participant] += report.times;
   last_reports_ = reports;
 }
 
-void Simulation::write_indicators(double wall_seconds) const {
+void Simulation::add_costs(nlohmann::ordered_json &result) const {
+  for (const auto &participant : coordinator_.participants()) {
+    const std::string &name = participant.name;
+    const bus::Report &report = last_reports_.at(name);
+    const bus::Times &times = times_.at(name);
+    result["wall_s_by_part"][name] = busy(times);
+    result["wall_s_by_work"][name] = times.parts;
+    result["wall_s_by_command"][name] = times.commands;
+    result["cpu_s_by_part"][name] = report.cpu_seconds - first_reports_.at(name).cpu_seconds;
+    result["peak_memory_MiB_by_part"][name] = report.peak_memory / MiB;
+    for (const auto &set : participant.point_sets)
+      result["points"][name][set.name] = set.n_points();
+  }
+}
+
+void Simulation::write_indicators(std::size_t n_steps, double wall_seconds) const {
   nlohmann::ordered_json result = indicators(history_);
+  if (n_steps > 0)
+    add_costs(result);
   const rusage own = own_usage();
   double cpu = seconds(own.ru_utime) + seconds(own.ru_stime), memory = own.ru_maxrss * 1024.0;
   for (const auto &[name, report] : last_reports_) {
     cpu += report.cpu_seconds;
     memory += report.peak_memory;
-    double busy = 0; // without waiting for orders and for others' data
-    for (const auto &[work, duration] : seconds_.at(name))
-      busy += work == "idle" || work == "receive" ? 0 : duration;
-    result["wall_s_by_part"][name] = busy;
-    result["wall_s_by_work"][name] = seconds_.at(name);
   }
   result["steps"] = history_.rows.size() - 1;
+  result["steps_timed"] = n_steps; // fewer after a restart
   result["wall_s"] = wall_seconds;
   result["cpu_s"] = cpu;
-  result["peak_memory_MiB"] = memory / (1024 * 1024);
+  result["peak_memory_MiB"] = memory / MiB;
   for (const auto &[key, value] : result.items())
     if (value.is_number())
       log_->info("{:20} {:g}", key, value.get<double>());

@@ -8,6 +8,7 @@
 #include "coupler/time_control.h"
 
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <spdlog/logger.h>
 
 namespace heartbus::coupler {
@@ -28,7 +29,8 @@ class Simulation {
   void save(SequenceRunner &runner, const Checkpoints &checkpoints, const bus::Step &step);
   void add_times(const SequenceRunner::Reports &reports);
   void collect(const SequenceRunner::Reports &reports, const bus::Step &step);
-  void write_indicators(double wall_seconds) const;
+  void add_costs(nlohmann::ordered_json &result) const;
+  void write_indicators(std::size_t n_steps, double wall_seconds) const;
 
   bus::Coordinator &coordinator_;
   Options options_;
@@ -37,8 +39,8 @@ class Simulation {
   std::string folder_;
   std::shared_ptr<spdlog::logger> log_;
   History history_;
-  std::map<std::string, std::map<std::string, double>> seconds_; ///< [participant][kind of work]
-  SequenceRunner::Reports last_reports_;
+  std::map<std::string, bus::Times> times_;              ///< of the steps
+  SequenceRunner::Reports first_reports_, last_reports_; ///< before the first and after the last step
   std::vector<std::unique_ptr<io::RecordingWriter>> recordings_;
 };
 

@@ -62,7 +62,10 @@ void EPSolver::solve_step(const bus::Step &step) {
 /// One (sub)step that ends at `time`.
 void EPSolver::advance(double time, double dt, const std::vector<Lanes> &ionic_n, State &state) {
   const unsigned n_nodes = space_.n_owned_nodes();
-  model_->step(n_nodes, state.v.begin(), ionic_n.data(), state.ionic.data(), dt, current_.begin());
+  {
+    const bus::Stopwatch::Section section(problem_.stopwatch, "ionic model");
+    model_->step(n_nodes, state.v.begin(), ionic_n.data(), state.ionic.data(), dt, current_.begin());
+  }
   current_ *= -1;
   stimulus_.add(time, n_nodes, current_.begin());
 

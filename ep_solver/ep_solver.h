@@ -25,6 +25,7 @@ class EPSolver : public bus::Solver {
   void commit_step(const bus::Step &step) override;
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
+  std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   void finish() override;
 
   const fem::Vector &potential() const { return n_.v; }                         ///< [V]

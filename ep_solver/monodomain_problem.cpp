@@ -22,6 +22,7 @@ MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std:
 void MonodomainProblem::set_step(double dt) {
   if (dt == dt_)
     return;
+  const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   dt_ = dt;
   A_.copy_scaled(1 / dt, M_);
   A_.add_scaled(1, K_);
@@ -29,6 +30,7 @@ void MonodomainProblem::set_step(double dt) {
 }
 
 fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v) {
+  const bus::Stopwatch::Section assembly(stopwatch, "assembly");
   rate_ = I;
   rate_.add(1 / dt_, v_n);
   M_.vmult(rhs_, rate_);
@@ -38,6 +40,7 @@ fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem
   const double residual = rhs_.l2_norm();
   if (residual <= tolerance_ * scale)
     return {0, residual, residual};
+  const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   increment_ = 0;
   const auto statistics = fem::solve_linear("monodomain equation", "cg", A_, increment_, rhs_, *preconditioner_,
                                             tolerance_ * scale / residual);

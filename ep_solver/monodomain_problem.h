@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/bus/stopwatch.h"
 #include "common/fem/linear_solver.h"
 #include "ep_solver/monodomain_kernel.h"
 
@@ -21,6 +22,8 @@ class MonodomainProblem {
   void set_step(double dt);
   /// `v` holds a guess of v^{n+1} when called, v^{n+1} in the end. The tolerance is relative to the right-hand side.
   fem::LinearStatistics solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v);
+
+  bus::Stopwatch stopwatch;
 
  private:
   fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K

@@ -36,6 +36,7 @@ class FluidSolver : public bus::Solver {
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
   void refresh() override { problem_.forget_preconditioner(); }
+  std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
 
   const NavierStokesProblem &problem() const { return problem_; }
   NavierStokesProblem &problem() { return problem_; } ///< for those who solve blood and wall together

@@ -211,6 +211,7 @@ void NavierStokesProblem::integrate_cells(const Vector &state, fem::NodalMatrix 
 }
 
 void NavierStokesProblem::assemble() {
+  const bus::Stopwatch::Section section(stopwatch, "assembly");
   A_.clear();
   residual_ = 0;
   integrate_cells(guess_, &A_, residual_);
@@ -246,6 +247,7 @@ void NavierStokesProblem::refresh_preconditioner() {
   // Meshes and velocities change little from step to step: a preconditioner serves until it shows its age.
   if (preconditioner_ && last_iterations_ <= fresh_iterations_ + fresh_iterations_ / 2 + 2)
     return;
+  const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   preconditioner_ = make_preconditioner(A_);
   fresh_iterations_ = 0;
 }
@@ -284,9 +286,11 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
     increment_ = 0;
   }
   fem::LinearStatistics statistics;
-  if (norm > 0 && tolerance < 1)
+  if (norm > 0 && tolerance < 1) {
+    const bus::Stopwatch::Section section(stopwatch, "linear solve");
     statistics = fem::solve_linear("Navier-Stokes", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); },
                                    increment_, b, *preconditioner_, tolerance);
+  }
   last_iterations_ = statistics.iterations;
   if (iteration == 0 && fresh_iterations_ == 0)
     fresh_iterations_ = last_iterations_;
@@ -377,6 +381,7 @@ NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_veloc
 }
 
 void NavierStokesProblem::update_averages() {
+  const bus::Stopwatch::Section section(stopwatch, "averages");
   double sums[2] = {}; // volume, pressure
   visit_batches(x_, [&](unsigned batch, const NavierStokesCells &cells) {
     Lanes volume, pressure;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/bus/stopwatch.h"
 #include "common/fem/anderson.h"
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
@@ -73,6 +74,7 @@ class NavierStokesProblem {
   const fem::Vector &motion() const { return d_np1_; }
   double pressure_scale() const { return pressure_scale_; }
   const fem::LagrangeSpace &space() const { return space_; }
+  bus::Stopwatch stopwatch;
   const fem::NodalMatrix &matrix() const { return A_; }
   const fem::Constraints &constraints() const { return constrained_; }
 

@@ -91,6 +91,7 @@ void FsiProblem::refresh_preconditioner() {
   const bool aged = last_iterations_ > fresh_iterations_ + fresh_iterations_ / 2 + 3;
   if (preconditioner_ && !aged && open_orifices_ == fluid_.open_orifices())
     return;
+  const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   preconditioner_ = std::make_unique<FsiPreconditioner>(space_, interface_blocks_, fluid_, solid_, dt_);
   open_orifices_ = fluid_.open_orifices();
   fresh_iterations_ = last_iterations_ = 0;
@@ -98,6 +99,7 @@ void FsiProblem::refresh_preconditioner() {
 
 unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   refresh_preconditioner();
+  const bus::Stopwatch::Section section(stopwatch, "linear solve");
   Vector b(r);
   b *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.

@@ -25,6 +25,7 @@ class FsiProblem {
   /// The blood's force on the wall, on the fluid's nodes: what the wall's residual asks for.
   const fem::Vector &blood_force() const { return force_; }
   const MergedSpace &space() const { return space_; }
+  bus::Stopwatch stopwatch; ///< of what neither side times itself
   /// The next solve makes it anew.
   void forget_preconditioner() { preconditioner_.reset(); }
 

@@ -95,6 +95,10 @@ void FsiSolver::load_state(const std::string &folder, const bus::Step &step) {
   fluid_.load_state(folder, step);
 }
 
+std::vector<bus::Stopwatch *> FsiSolver::stopwatches() {
+  return {&problem_.stopwatch, &mech_.problem().stopwatch, &fluid_.problem().stopwatch};
+}
+
 void FsiSolver::refresh() {
   mech_.refresh();
   fluid_.refresh();

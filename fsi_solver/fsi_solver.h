@@ -22,6 +22,7 @@ class FsiSolver : public bus::Solver {
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
   void refresh() override;
+  std::vector<bus::Stopwatch *> stopwatches() override;
 
  private:
   void budget(const fem::Vector &d, double dt);

@@ -251,6 +251,7 @@ void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
 }
 
 fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector &r) {
+  const bus::Stopwatch::Section section(stopwatch, "residual");
   d.update_ghost_values();
   r = 0;
   add_cells(d, r);
@@ -273,6 +274,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
 }
 
 void ElasticityProblem::linearise(const fem::Vector &d) {
+  const bus::Stopwatch::Section section(stopwatch, "tangent");
   d.update_ghost_values();
   update_time_terms(d);
   tangent_.clear();
@@ -306,8 +308,11 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
 /// kept for as long as it serves about as well as when it was new.
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
   const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
-  if (renewed)
+  if (renewed) {
+    const bus::Stopwatch::Section section(stopwatch, "preconditioner");
     preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
+  }
+  const bus::Stopwatch::Section section(stopwatch, "linear solve");
   fem::Vector b(r);
   b *= -1;
   const unsigned iterations = fem::solve_linear("elasticity", dynamic ? "cg" : "gmres", tangent_, dx, b,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/bus/stopwatch.h"
 #include "common/fem/constraints.h"
 #include "common/fem/fibres.h"
 #include "common/fem/linear_solver.h"
@@ -28,6 +29,7 @@ class ElasticityProblem {
   fem::Vector tension;                             ///< active tension at the nodes, one component [Pa]
   fem::Vector load;                                ///< nodal forces on the solid [N]
   double interface_pressure = 0, end_pressure = 0; ///< follower pressures [Pa]
+  bus::Stopwatch stopwatch;
 
   /// Solve for d, starting from its value.
   fem::NewtonStatistics solve_dynamic(double dt, fem::Vector &d);

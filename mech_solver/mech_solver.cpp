@@ -97,15 +97,22 @@ void MechSolver::inflate() {
 }
 
 void MechSolver::prepare_step(const bus::Step &step) {
-  problem_.fibre_stretch(problem_.d_n, stretch_);
-  force_generation_.advance(step.size, calcium_.data(), stretch_.begin());
-  force_generation_.tension(problem_.tension.begin());
+  {
+    const bus::Stopwatch::Section section(problem_.stopwatch, "stretch");
+    problem_.fibre_stretch(problem_.d_n, stretch_);
+  }
+  {
+    const bus::Stopwatch::Section section(problem_.stopwatch, "force model");
+    force_generation_.advance(step.size, calcium_.data(), stretch_.begin());
+    force_generation_.tension(problem_.tension.begin());
+  }
 
   fem::Vector velocity(problem_.d_n);
   velocity -= problem_.d_nm1;
   to_interface(velocity, wall_velocity_, 1 / step.size);
   wall_force_ = blood_force_n_;
   if (parameters_.active_increment) {
+    const bus::Stopwatch::Section section(problem_.stopwatch, "datum");
     fem::Vector change = space_.make_vector(1), forces = space_.make_vector(3);
     force_generation_.old_tension(change.begin());
     change.sadd(-1.0, 1.0, problem_.tension);

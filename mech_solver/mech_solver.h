@@ -44,6 +44,7 @@ class MechSolver : public bus::Solver {
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
   void refresh() override;
+  std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
   /// The limit of alpha, from the wall's impedance: at the start, and now and then since it stiffens and softens.

@@ -314,6 +314,19 @@ Report Coordinator::wait_report(const std::string &participant) {
   return report;
 }
 
+std::size_t PointSetInfo::n_points() const {
+  std::size_t n = 0;
+  for (const auto &of_rank : coordinates)
+    n += of_rank.size() / 3;
+  return n;
+}
+
+Times &Times::operator+=(const Times &more) {
+  add(more.commands, commands);
+  add(more.parts, parts);
+  return *this;
+}
+
 bool Coordinator::stop_requested() const { return stop_signal != 0; }
 
 } // namespace heartbus::bus

@@ -21,6 +21,7 @@ struct PointSetInfo {
   std::string name;
   double spacing = 0;                           ///< smallest of all ranks [m]
   std::vector<std::vector<double>> coordinates; ///< [rank of the participant][3 * point]
+  std::size_t n_points() const;                 ///< of all ranks
 };
 struct ScalarInfo {
   std::string name, unit;
@@ -46,12 +47,19 @@ struct Command {
   Step step;
 };
 
-/// A participant's answer to Command::report: scalars in declared order, seconds since the last report by kind of work.
+/// Where the wall time of a participant has gone, told in two ways; means of its ranks.
+struct Times {
+  Seconds commands; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "save", ..., "idle"
+  Seconds parts;    ///< the sections of the solver's stopwatches, "other", "bus", "waiting"
+  Times &operator+=(const Times &more);
+};
+
+/// A participant's answer to Command::report: scalars in declared order, times since the last report.
 struct Report {
   std::vector<double> scalars;
-  std::map<std::string, double> seconds; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "save", "idle"
-  double cpu_seconds = 0;                ///< sum over ranks, since the start
-  double peak_memory = 0;                ///< sum over ranks [byte]
+  Times times;
+  double cpu_seconds = 0; ///< sum over ranks, since the start
+  double peak_memory = 0; ///< sum over ranks [byte]
 };
 
 /// The coupler's end of the bus: it owns the handshake, the routes, the streams of commands, deadlines and the abort of

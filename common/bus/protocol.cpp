@@ -37,19 +37,27 @@ Unpacker &operator>>(Unpacker &unpacker, Command &command) {
   return unpacker >> command.kind >> command.task >> command.route >> command.step;
 }
 
-Packer &operator<<(Packer &packer, const Report &report) {
-  packer << report.scalars << report.cpu_seconds << report.peak_memory << report.seconds.size();
-  for (const auto &[kind, seconds] : report.seconds)
-    packer << kind << seconds;
+Packer &operator<<(Packer &packer, const Seconds &seconds) {
+  packer << seconds.size();
+  for (const auto &[name, value] : seconds)
+    packer << name << value;
   return packer;
 }
-Unpacker &operator>>(Unpacker &unpacker, Report &report) {
-  unpacker >> report.scalars >> report.cpu_seconds >> report.peak_memory;
+Unpacker &operator>>(Unpacker &unpacker, Seconds &seconds) {
   for (auto n = unpacker.read<std::size_t>(); n > 0; --n) {
-    const auto kind = unpacker.read<std::string>();
-    unpacker >> report.seconds[kind];
+    const auto name = unpacker.read<std::string>();
+    unpacker >> seconds[name];
   }
   return unpacker;
+}
+
+Packer &operator<<(Packer &packer, const Report &report) {
+  return packer << report.scalars << report.times.commands << report.times.parts << report.cpu_seconds
+                << report.peak_memory;
+}
+Unpacker &operator>>(Unpacker &unpacker, Report &report) {
+  return unpacker >> report.scalars >> report.times.commands >> report.times.parts >> report.cpu_seconds >>
+         report.peak_memory;
 }
 
 Packer &operator<<(Packer &packer, const PointSetInfo &set) {

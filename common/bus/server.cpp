@@ -2,7 +2,6 @@
 
 #include "common/bus/failure.h"
 
-#include <chrono>
 #include <cmath>
 #include <sstream>
 #include <sys/resource.h>
@@ -32,30 +31,41 @@ double cpu_seconds(const rusage &usage) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-} // namespace
-
-template <class Work>
-void Server::measure(const std::string &kind, Work &&work) {
-  using namespace std::chrono;
-  const auto start = steady_clock::now();
-  work();
-  seconds_[kind] += duration<double>(steady_clock::now() - start).count();
+bool is_work_of_the_bus(const Command &command) {
+  using Kind = Command::Kind;
+  const Kind kind = command.kind;
+  return kind == Kind::send || kind == Kind::receive || kind == Kind::report || kind == Kind::connect;
 }
+
+/// The numbers of a report that ranks add up.
+std::vector<double *> summands(Report &report) {
+  std::vector<double *> all{&report.cpu_seconds, &report.peak_memory};
+  for (Seconds *seconds : {&report.times.commands, &report.times.parts})
+    for (auto &entry : *seconds)
+      all.push_back(&entry.second);
+  return all;
+}
+
+} // namespace
 
 void Server::run() {
   solver_.declare(declared_);
   link_.post(tag_declaration, declared_.info());
-  while (!finished_) {
-    std::vector<Command> batch;
-    measure("idle", [&] { batch = unpack<std::vector<Command>>(link_.receive_broadcast(patience_of_the_idle)); });
-    for (const Command &command : batch) {
+  while (!finished_)
+    for (const Command &command : next_batch()) {
       execute(command);
       link_.post_progress();
     }
-  }
+}
+
+std::vector<Command> Server::next_batch() {
+  const Stopwatch::Section idle(commands_, "idle"), waiting(parts_, "waiting");
+  return unpack<std::vector<Command>>(link_.receive_broadcast(patience_of_the_idle));
 }
 
 void Server::execute(const Command &command) {
+  const Stopwatch::Section section(commands_, kind_of_work(command)),
+      part(parts_, is_work_of_the_bus(command) ? "bus" : "solver");
   const Step &step = command.step;
   switch (command.kind) {
   case Command::Kind::prepare:
@@ -63,13 +73,13 @@ void Server::execute(const Command &command) {
   case Command::Kind::solve:
     return solve(step);
   case Command::Kind::commit:
-    return measure("commit", [&] { solver_.commit_step(step); });
+    return solver_.commit_step(step);
   case Command::Kind::task:
     return perform(command.task, step);
   case Command::Kind::send:
-    return measure("send", [&] { send(command.route, step); });
+    return send(command.route, step);
   case Command::Kind::receive:
-    return measure("receive", [&] { receive(command.route, step); });
+    return receive(command.route, step);
   case Command::Kind::report:
     return report();
   case Command::Kind::connect:
@@ -77,16 +87,17 @@ void Server::execute(const Command &command) {
   case Command::Kind::finish:
     return finish();
   case Command::Kind::save:
-    return measure("save", [&] { solver_.save_state(command.task, step); });
+    return solver_.save_state(command.task, step);
   case Command::Kind::load:
-    return measure("load", [&] { solver_.load_state(command.task, step); });
+    return solver_.load_state(command.task, step);
   case Command::Kind::refresh:
     return solver_.refresh();
   }
 }
 
 void Server::prepare(const Step &step) {
-  measure("prepare", [&] { solver_.prepare_step(step); });
+  const Stopwatch::Section section(commands_, "prepare");
+  solver_.prepare_step(step);
   prepared_step_ = step.number;
   prepared_time_ = step.time;
 }
@@ -98,14 +109,14 @@ bool Server::is_prepared(const Step &step) const {
 void Server::solve(const Step &step) {
   if (!is_prepared(step))
     prepare(step);
-  measure("solve", [&] { solver_.solve_step(step); });
+  solver_.solve_step(step);
 }
 
 void Server::perform(const std::string &task, const Step &step) {
   const auto found = declared_.tasks().find(task);
   if (found == declared_.tasks().end())
     throw Failure(ExitCode::handshake, "the coupler orders task '" + task + "', which has not been declared");
-  measure("task:" + task, [&] { found->second(step); });
+  found->second(step);
 }
 
 void Server::connect() {
@@ -130,6 +141,7 @@ void Server::wait_until_taken(int route) {
   const auto awaited = [&] {
     return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route)->info.name + "'", ""};
   };
+  const Stopwatch::Section waiting(parts_, "waiting");
   link_.waiting().until([&] { return ends.idle(); }, awaited);
 }
 
@@ -139,7 +151,10 @@ void Server::receive(int route, const Step &step) {
   const auto awaited = [&] {
     return Awaited{"field '" + field.info.name + "' from " + ends.missing() + ", " + describe(step), ends.sender()};
   };
-  link_.waiting().until([&] { return ends.arrived(); }, awaited);
+  {
+    const Stopwatch::Section waiting(parts_, "waiting");
+    link_.waiting().until([&] { return ends.arrived(); }, awaited);
+  }
   field.target->resize(field.size);
   if (ends.sender().empty())
     return; // no points on this rank
@@ -152,22 +167,38 @@ void Server::receive(int route, const Step &step) {
 void Server::report() {
   Report report;
   report.scalars = declared_.scalars();
-  std::vector<double> sums;
-  for (const auto &[kind, seconds] : seconds_)
-    sums.push_back(seconds);
+  report.times.commands = commands_.take();
+  report.times.parts = take_parts();
+  for (Seconds *seconds : {&report.times.commands, &report.times.parts})
+    for (auto &entry : *seconds)
+      entry.second /= link_.local_size();
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
-  sums.push_back(cpu_seconds(usage));
-  sums.push_back(usage.ru_maxrss * 1024.); // kilobytes on Linux
+  report.cpu_seconds = cpu_seconds(usage);
+  report.peak_memory = usage.ru_maxrss * 1024.; // kilobytes on Linux
+  const std::vector<double *> all = summands(report);
+  std::vector<double> sums;
+  for (const double *summand : all)
+    sums.push_back(*summand);
   sums = link_.sum(sums);
-  auto sum = sums.begin();
-  for (const auto &[kind, seconds] : seconds_)
-    report.seconds[kind] = *sum++ / link_.local_size();
-  report.cpu_seconds = *sum++;
-  report.peak_memory = *sum;
-  seconds_.clear();
+  for (std::size_t k = 0; k < all.size(); ++k)
+    *all[k] = sums[k];
   if (link_.is_root())
     link_.post(tag_report, report);
+}
+
+/// The solver's time by its own sections; what it does outside them is "other".
+Seconds Server::take_parts() {
+  Seconds parts = parts_.take();
+  double other = parts["solver"];
+  parts.erase("solver");
+  for (Stopwatch *stopwatch : solver_.stopwatches()) {
+    const Seconds sections = stopwatch->take();
+    other -= total(sections);
+    add(sections, parts);
+  }
+  parts["other"] += other;
+  return parts;
 }
 
 void Server::finish() {

@@ -16,6 +16,7 @@ class Server {
   void run();
 
  private:
+  std::vector<Command> next_batch();
   void execute(const Command &command);
   void prepare(const Step &step);
   bool is_prepared(const Step &step) const;
@@ -26,9 +27,8 @@ class Server {
   void wait_until_taken(int route);
   void receive(int route, const Step &step);
   void report();
+  Seconds take_parts();
   void finish();
-  template <class Work>
-  void measure(const std::string &kind, Work &&work);
 
   Solver &solver_;
   Link &link_;
@@ -36,7 +36,7 @@ class Server {
   std::map<int, const LocalDeclaration::Field *> sent_, received_; ///< by route
   int prepared_step_ = -1;
   double prepared_time_ = 0;
-  std::map<std::string, double> seconds_; ///< since the last report
+  Stopwatch commands_, parts_; ///< by command; as work of the solver, of the bus, and waiting
   bool finished_ = false;
 };
 

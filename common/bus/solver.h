@@ -1,5 +1,7 @@
 #pragma once
 
+#include "common/bus/stopwatch.h"
+
 #include <functional>
 #include <string>
 #include <vector>
@@ -56,9 +58,11 @@ class Solver {
   /// Instead of the start block: as if `step` had just been committed, outputs included; `step.size` is that of the
   /// steps to come.
   virtual void load_state(const std::string &, const Step &) {}
-  /// Drops what speeds up the next steps but is not in the state: preconditioners, tangents, guesses. Ordered at regular
-  /// steps whether or not a run is interrupted there, so that one that is goes on with the same bits.
+  /// Drops what speeds up the next steps but is not in the state: preconditioners, tangents, guesses. Ordered at
+  /// regular steps whether or not a run is interrupted there, so that one that is goes on with the same bits.
   virtual void refresh() {}
+  /// What it times itself, by part of its work; sections are entered by all ranks. The rest counts as "other".
+  virtual std::vector<Stopwatch *> stopwatches() { return {}; }
   /// After the last step: last output, summaries.
   virtual void finish() {}
 };

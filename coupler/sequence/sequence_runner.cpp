@@ -76,8 +76,7 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
     coordinator_.order(node.participant, {bus::Command::Kind::report, "", -1, step});
     coordinator_.flush();
     const bus::Report report = coordinator_.wait_report(node.participant);
-    for (const auto &[work, seconds] : report.seconds)
-      seconds_before_[node.participant][work] += seconds;
+    times_before_[node.participant] += report.times;
     value = report.scalars[scalar - scalars.begin()];
     if (value < node.limit)
       return;
@@ -111,10 +110,9 @@ SequenceRunner::Reports SequenceRunner::wait_reports(const bus::Step &step) {
   Reports reports;
   for (const auto &participant : coordinator_.participants())
     reports[participant.name] = coordinator_.wait_report(participant.name);
-  for (const auto &[participant, works] : seconds_before_)
-    for (const auto &[work, seconds] : works)
-      reports[participant].seconds[work] += seconds;
-  seconds_before_.clear();
+  for (const auto &[participant, times] : times_before_)
+    reports[participant].times += times;
+  times_before_.clear();
   return reports;
 }
 

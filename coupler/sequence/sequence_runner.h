@@ -14,8 +14,8 @@ using Routes = std::map<std::tuple<std::string, std::string, std::string>, int>;
 /// order, independently of the others but for what it receives.
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step);
 
-/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step, and where a
-/// repetition depends on what somebody reports.
+/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step, and where
+/// a repetition depends on what somebody reports.
 class SequenceRunner {
  public:
   /// Connects the routes that the sequence uses.
@@ -44,7 +44,7 @@ class SequenceRunner {
   bus::Coordinator &coordinator_;
   Sequence sequence_;
   Routes routes_;
-  std::map<std::string, std::map<std::string, double>> seconds_before_; ///< reported within the step
+  std::map<std::string, bus::Times> times_before_; ///< reported within the step
 };
 
 } // namespace heartbus::coupler

@@ -87,7 +87,8 @@ int main(int argc, char **argv) {
       a = bus.wait_report("a");
       b = bus.wait_report("b");
     }
-    std::printf("b received for %g s and used %g CPU s in all\n", b.seconds.at("receive"), b.cpu_seconds - cpu_before);
+    std::printf("b received for %g s and used %g CPU s in all\n", b.times.commands.at("receive"),
+                b.cpu_seconds - cpu_before);
     if (!replay)
       std::printf("a was prepared %g times, phase of b is %g\n", a.scalars.at(0), b.scalars.at(1));
     std::printf("coupler heard %d transfers\n", listener.n_heard());
