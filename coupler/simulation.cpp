@@ -5,6 +5,7 @@
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/step_log.h"
+#include "coupler/trace_file.h"
 
 #include <chrono>
 #include <cmath>
@@ -71,7 +72,7 @@ Simulation::Simulation(bus::Coordinator &coordinator, const Options &options)
 
 void Simulation::run() {
   const Sequence sequence = meet_participants();
-  SequenceRunner runner(coordinator_, sequence);
+  SequenceRunner runner(coordinator_, sequence, scene_.coupling.lookahead);
   record(runner);
   make_columns();
   const TimeControl time(scene_.time);
@@ -80,6 +81,8 @@ void Simulation::run() {
   HistoryFile csv(folder_ + "/history.csv", history_);
   checkpoints.remove_after(first.number);
 
+  if (scene_.output.trace)
+    begin_trace();
   times_.clear(); // all costs are those of the steps
   first_reports_ = last_reports_;
   const std::size_t rows_before = history_.rows.size();
@@ -87,7 +90,7 @@ void Simulation::run() {
   StepLog step_log(log_, time, first.number);
   for (int n = first.number + 1; n <= time.n_steps(); ++n) {
     const bus::Step step = time.step(n);
-    collect(runner.step(step), step);
+    advance(runner, time, n);
     csv.append(history_);
     step_log.step(history_, step);
     if (!time.refreshes_at(n))
@@ -103,6 +106,26 @@ void Simulation::run() {
   }
   write_indicators(history_.rows.size() - rows_before,
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  if (trace_)
+    end_trace();
+}
+
+void Simulation::begin_trace() {
+  coordinator_.trace();
+  trace_.emplace();
+}
+
+void Simulation::advance(SequenceRunner &runner, const TimeControl &time, int number) {
+  const auto begin = std::chrono::steady_clock::now();
+  collect(runner.step(time, number), time.step(number));
+  if (trace_)
+    trace_->add("step", begin, std::chrono::steady_clock::now(), time.step(number));
+}
+
+void Simulation::end_trace() {
+  auto traces = coordinator_.finish();
+  traces.push_back({"coupler", 0, std::move(*trace_)});
+  write_trace(folder_ + "/trace.json", traces);
 }
 
 /// The state before the first step, which is the last of the history then.

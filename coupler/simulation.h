@@ -29,6 +29,9 @@ class Simulation {
   void save(SequenceRunner &runner, const Checkpoints &checkpoints, const bus::Step &step);
   void add_times(const SequenceRunner::Reports &reports);
   void collect(const SequenceRunner::Reports &reports, const bus::Step &step);
+  void begin_trace();
+  void advance(SequenceRunner &runner, const TimeControl &time, int number);
+  void end_trace();
   void add_costs(nlohmann::ordered_json &result) const;
   void write_indicators(std::size_t n_steps, double wall_seconds) const;
 
@@ -42,6 +45,7 @@ class Simulation {
   std::map<std::string, bus::Times> times_;              ///< of the steps
   SequenceRunner::Reports first_reports_, last_reports_; ///< before the first and after the last step
   std::vector<std::unique_ptr<io::RecordingWriter>> recordings_;
+  std::optional<bus::Trace> trace_; ///< of the coupler
 };
 
 } // namespace heartbus::coupler

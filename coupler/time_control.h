@@ -3,6 +3,8 @@
 #include "common/bus/solver.h"
 #include "common/schema/scene.h"
 
+#include <algorithm>
+
 namespace heartbus::coupler {
 
 /// The time axis: steps of one size, t^n = n dt without accumulated rounding.
@@ -13,6 +15,10 @@ class TimeControl {
   /// enough that making preconditioners and tangents anew costs next to nothing.
   static constexpr int refresh_interval = 20;
   static bool refreshes_at(int number) { return number % refresh_interval == 0; }
+  /// The first such step from this one on, or the last step of all: so far the run is foreseeable.
+  int next_refresh(int number) const {
+    return std::min((number + refresh_interval - 1) / refresh_interval * refresh_interval, n_steps_);
+  }
   int last_refresh() const { return n_steps_ - n_steps_ % refresh_interval; }
 
   explicit TimeControl(const TimeParameters &time) : size_(time.step), n_steps_(time.n_steps()) {}

@@ -41,6 +41,7 @@ struct Coordinator::Implementation {
 
   void poll();
   void heed_complaint(Mailbox::Letter letter);
+  std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
   void collect_declarations();
   void post_rows(const RouteTable &table);
@@ -64,14 +65,18 @@ struct Coordinator::Implementation {
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
   std::map<std::string, std::vector<Command>> queue;
   std::set<std::string> finished;
+  std::size_t n_traced = 0; ///< ranks that will hand over a trace
+  std::vector<RankTrace> traces;
 };
 
-std::string Coordinator::Implementation::who(int world_rank) const {
+std::pair<std::string, int> Coordinator::Implementation::member(int world_rank) const {
   const std::string &name = world.members()[world_rank].name;
   const auto ranks = world.ranks_of(name);
-  int rank = 0;
-  while (ranks[rank] != world_rank)
-    ++rank;
+  return {name, std::find(ranks.begin(), ranks.end(), world_rank) - ranks.begin()};
+}
+
+std::string Coordinator::Implementation::who(int world_rank) const {
+  const auto [name, rank] = member(world_rank);
   return name + " (rank " + std::to_string(rank) + ")";
 }
 
@@ -83,6 +88,10 @@ void Coordinator::Implementation::poll() {
     heed_complaint(std::move(*letter));
   while (mail.receive(MPI_ANY_SOURCE, tag_gone))
     ++n_gone;
+  while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_trace)) {
+    const auto [name, rank] = member(letter->sender);
+    traces.push_back({name, rank, unpack<Trace>(std::move(letter->content))});
+  }
   for (Recorder &recorder : recorders)
     recorder.take_arrived();
   crew.watch(waiting.deadline + watch_margin, route_names);
@@ -137,7 +146,9 @@ bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected
 }
 
 void Coordinator::Implementation::await_all_gone() {
-  const auto done = [expected = count_expected(), this] { return n_gone == n_ranks - 1 && have_recorded(expected); };
+  const auto done = [expected = count_expected(), this] {
+    return n_gone == n_ranks - 1 && have_recorded(expected) && traces.size() == n_traced;
+  };
   waiting.until(done, [] { return Awaited{"all participants to end", ""}; });
 }
 
@@ -190,12 +201,8 @@ int Coordinator::run(const std::function<void()> &body) {
   Culprit culprit{0, ""};
   try {
     body();
-    for (const ParticipantInfo &participant : all.participants)
-      if (all.finished.count(participant.name) == 0)
-        order(participant.name, {Command::Kind::finish, "", -1, {}});
-    flush();
     if (all.welcomed)
-      all.await_all_gone();
+      finish();
   } catch (const Culprit &other) {
     culprit = other;
   } catch (const Failure &failure) {
@@ -229,6 +236,24 @@ void Coordinator::handshake(const std::map<std::string, Expected> &expected, con
   }
   all.welcomed = true;
   all.collect_declarations();
+}
+
+void Coordinator::trace() {
+  for (const ParticipantInfo &participant : implementation_->participants) {
+    order(participant.name, {Command::Kind::trace, "", -1, {}});
+    implementation_->n_traced += participant.n_ranks;
+  }
+}
+
+std::vector<Coordinator::RankTrace> Coordinator::finish() {
+  Implementation &all = *implementation_;
+  for (const ParticipantInfo &participant : all.participants)
+    if (all.finished.count(participant.name) == 0)
+      order(participant.name, {Command::Kind::finish, "", -1, {}});
+  flush();
+  all.await_all_gone();
+  all.n_traced = 0;
+  return std::move(all.traces);
 }
 
 const std::vector<ParticipantInfo> &Coordinator::participants() const { return implementation_->participants; }

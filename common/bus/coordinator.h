@@ -2,6 +2,7 @@
 
 #include "common/bus/failure.h"
 #include "common/bus/solver.h"
+#include "common/bus/trace.h"
 
 #include <functional>
 #include <map>
@@ -40,7 +41,8 @@ struct ParticipantInfo {
 /// Something a participant is told to do; executed in the order received.
 struct Command {
   /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
-  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect, save, load, refresh };
+  /// trace: note from now on what is done when, and hand it over in the end; ordered by Coordinator::trace.
+  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect, save, load, refresh, trace };
   Kind kind = Kind::solve;
   std::string task; ///< of Kind::task; of save and load the folder
   int route = -1;   ///< of send and receive
@@ -50,7 +52,8 @@ struct Command {
 /// Where the wall time of a participant has gone, told in two ways; means of its ranks.
 struct Times {
   Seconds commands; ///< "prepare", "solve", "commit", "task:NAME", "send", "receive", "save", ..., "idle"
-  Seconds parts;    ///< the sections of the solver's stopwatches, "other", "bus", "waiting"
+  Seconds parts;    ///< the sections of the solver's stopwatches, "other", "bus", "checkpoint",
+                    ///< "waiting"
   Times &operator+=(const Times &more);
 };
 
@@ -103,6 +106,15 @@ class Coordinator {
   /// Waits (asleep) for the participant's next report, i.e. its answer to a Command::report ordered before, and for the
   /// recordings of all that it was ordered to send before that.
   Report wait_report(const std::string &participant);
+  /// From now on every rank notes what it does when.
+  void trace();
+  struct RankTrace {
+    std::string participant;
+    int rank = 0;
+    Trace trace;
+  };
+  /// Ends all participants, waits for them and returns what they have noted. `run` does it when its body has not.
+  std::vector<RankTrace> finish();
   /// True when SIGUSR1 has arrived (only the coupler acts on it).
   bool stop_requested() const;
 

@@ -118,6 +118,8 @@ std::string kind_of_work(const Command &command) {
     return "load";
   case Command::Kind::refresh:
     return "refresh";
+  case Command::Kind::trace:
+    return "trace";
   }
   return "";
 }

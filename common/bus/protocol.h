@@ -21,6 +21,7 @@ enum Tag {
   tag_complaint,   ///< any rank -> coupler: it has failed
   tag_leave,       ///< coupler -> every rank: the exit code; 0 after a good end
   tag_gone,        ///< every rank -> coupler: its work is done or unwound
+  tag_trace,       ///< every rank -> coupler: what it has done when, if it was ordered to note that
   tag_exit         ///< coupler -> every rank, after a failure: all have gone, the processes may end
 };
 

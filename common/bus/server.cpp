@@ -31,10 +31,21 @@ double cpu_seconds(const rusage &usage) {
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-bool is_work_of_the_bus(const Command &command) {
-  using Kind = Command::Kind;
-  const Kind kind = command.kind;
-  return kind == Kind::send || kind == Kind::receive || kind == Kind::report || kind == Kind::connect;
+/// Part of the work to which a command belongs.
+std::string whose(const Command &command) {
+  switch (command.kind) {
+  case Command::Kind::send:
+  case Command::Kind::receive:
+  case Command::Kind::report:
+  case Command::Kind::connect:
+  case Command::Kind::trace:
+    return "bus";
+  case Command::Kind::save:
+  case Command::Kind::load:
+    return "checkpoint";
+  default:
+    return "solver";
+  }
 }
 
 /// The numbers of a report that ranks add up.
@@ -56,6 +67,8 @@ void Server::run() {
       execute(command);
       link_.post_progress();
     }
+  if (trace_)
+    hand_over_trace();
 }
 
 std::vector<Command> Server::next_batch() {
@@ -64,8 +77,8 @@ std::vector<Command> Server::next_batch() {
 }
 
 void Server::execute(const Command &command) {
-  const Stopwatch::Section section(commands_, kind_of_work(command)),
-      part(parts_, is_work_of_the_bus(command) ? "bus" : "solver");
+  command_ = &command;
+  const Stopwatch::Section section(commands_, kind_of_work(command)), part(parts_, whose(command));
   const Step &step = command.step;
   switch (command.kind) {
   case Command::Kind::prepare:
@@ -92,6 +105,8 @@ void Server::execute(const Command &command) {
     return solver_.load_state(command.task, step);
   case Command::Kind::refresh:
     return solver_.refresh();
+  case Command::Kind::trace:
+    return begin_trace();
   }
 }
 
@@ -206,6 +221,29 @@ void Server::finish() {
   for (const auto &[route, field] : sent_)
     wait_until_taken(route);
   finished_ = true;
+}
+
+void Server::begin_trace() {
+  trace_.emplace();
+  commands_.on_section = [this](const std::string &kind, Stopwatch::Time begin, Stopwatch::Time end) {
+    if (kind != "idle")
+      trace_->add(label(kind), begin, end, command_->step);
+  };
+  for (Stopwatch *stopwatch : solver_.stopwatches())
+    stopwatch->on_section = [this](const std::string &part, Stopwatch::Time begin, Stopwatch::Time end) {
+      trace_->add(part, begin, end, command_->step);
+    };
+}
+
+std::string Server::label(const std::string &kind) const {
+  const bool sends = command_->kind == Command::Kind::send, receives = command_->kind == Command::Kind::receive;
+  return sends || receives ? kind + " " + (sends ? sent_ : received_).at(command_->route)->info.name : kind;
+}
+
+void Server::hand_over_trace() {
+  for (Stopwatch *stopwatch : solver_.stopwatches())
+    stopwatch->on_section = nullptr;
+  link_.post(tag_trace, *trace_);
 }
 
 } // namespace heartbus::bus

@@ -2,8 +2,10 @@
 
 #include "common/bus/declaration.h"
 #include "common/bus/link.h"
+#include "common/bus/trace.h"
 
 #include <map>
+#include <optional>
 #include <string>
 
 namespace heartbus::bus {
@@ -29,6 +31,9 @@ class Server {
   void report();
   Seconds take_parts();
   void finish();
+  void begin_trace();
+  void hand_over_trace();
+  std::string label(const std::string &kind) const; ///< of a slice of the trace
 
   Solver &solver_;
   Link &link_;
@@ -37,6 +42,8 @@ class Server {
   int prepared_step_ = -1;
   double prepared_time_ = 0;
   Stopwatch commands_, parts_; ///< by command; as work of the solver, of the bus, and waiting
+  std::optional<Trace> trace_;
+  const Command *command_ = nullptr; ///< being executed
   bool finished_ = false;
 };
 

@@ -71,6 +71,9 @@ void CouplingParameters::describe(config::Section &s) {
            "of adaptive: iterate until a step loses less than this share of the cavity's volume");
   s.quantity_or("alpha", alpha, "kg/(m^2 s)", config::positive, "auto", automatic_alpha,
                 "Robin coefficient of the fluid at the interface");
+  s.integer("lookahead", lookahead, {0, 1000},
+            "steps by which participants that receive nothing (ep, replay) may run ahead of the others: for cores of "
+            "their own");
   s.quantity("deadline", deadline, "s", config::positive, "longest time anybody waits for anybody");
   if (!iterates() && iterations != 1)
     s.fail("iterations", scheme + " has one iteration; 'scheme: E1FS' may have more");
@@ -105,6 +108,8 @@ bool OutputParameters::due(int step_number, double step_size) const {
 void OutputParameters::describe(config::Section &s) {
   s.quantity("every", every, "s", config::non_negative, "interval between written fields; 0 s writes none");
   checkpoint.describe(s.section("checkpoint", "states from which --restart goes on"));
+  s.boolean("trace", trace,
+            "writes trace.json: what every rank does when, in the format of chrome://tracing and Perfetto");
 }
 
 SceneParameters::SceneParameters() {

@@ -30,6 +30,7 @@ struct CouplingParameters {
   double epsilon = 1e-5;              ///< of adaptive: share of the cavity's volume that a step may lose
   double alpha = 5000;                ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
   bool automatic_alpha = false;       ///< in place of `alpha`: a share of the limit that the wall's impedance sets
+  int lookahead = 0;                  ///< steps by which those who receive nothing may run ahead
   double deadline = 300;              ///< longest wait for anybody [s]
   /// Whether blood and wall may be solved more than once in a step.
   bool iterates() const { return scheme == "E1FS" || scheme == "adaptive" || scheme == "by_phase"; }
@@ -52,6 +53,7 @@ struct CheckpointParameters {
 struct OutputParameters {
   double every = 10e-3; ///< interval between written fields [s]; 0: none
   CheckpointParameters checkpoint;
+  bool trace = false; ///< trace.json: what every rank does when
   /// Whether fields are written after this step (0 is the start block).
   bool due(int step_number, double step_size) const;
   void describe(config::Section &section);

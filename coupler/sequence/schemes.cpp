@@ -37,8 +37,9 @@ Nodes start() {
           order("fluid", "start")};
 }
 
-// What precedes fluid and wall in each step: electrophysiology, active force, the fluid's mesh moved by d^n (explicit
-// geometry) and, when alpha follows the wall's impedance, that.
+// What precedes fluid and wall in each step: the fluid's mesh moved by d^n (explicit geometry), electrophysiology,
+// active force and, when alpha follows the wall's impedance, that. The geometry does not need the other two: it stands
+// before them so that those who have cores of their own work at the same time; likewise the fluid is prepared.
 Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
 Nodes impedance() { return {order("mech", "impedance"), transfer("alpha_limit", "mech", "fluid")}; }
 Nodes geometry() {
@@ -100,10 +101,10 @@ Nodes merged_start() {
 /// E1FS-infinity: the geometry is that of d^n as before, but blood and wall are solved at once.
 Nodes E1FSinf() {
   return {
-      solve("ep"),
-      transfer("calcium", "ep", "fsi"),
       transfer("displacement", "fsi", "ale"),
       solve("ale"),
+      solve("ep"),
+      transfer("calcium", "ep", "fsi"),
       transfer("mesh_motion", "ale", "fsi"),
       solve("fsi"),
       commit("ep"),
@@ -138,7 +139,8 @@ Sequence make_sequence(const CouplingParameters &coupling) {
     return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
   const Nodes limit = coupling.automatic_alpha ? impedance() : Nodes{};
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
-  return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(), activation() + limit + geometry() + interaction(coupling) + commit()};
+  return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
+          geometry() + activation() + limit + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler

@@ -93,6 +93,19 @@ std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
   return actions;
 }
 
+std::set<std::string> leaders(const Nodes &step) {
+  std::set<std::string> leading;
+  for (const auto &[node, iteration] : written_out(step))
+    leading.insert(node.participant);
+  for (const auto &[node, iteration] : written_out(step))
+    leading.erase(node.receiver);
+  for (const Node &node : step)
+    if (node.kind == Node::Kind::until)
+      for (const auto &[inner, iteration] : written_out(node.body))
+        leading.erase(inner.participant);
+  return leading;
+}
+
 std::string to_text(const Sequence &sequence) {
   const std::string start = sequence.start.empty() ? "" : "\n  start: " + to_text(sequence.start);
   return sequence.name + start + "\n  step:  " + to_text(sequence.step);

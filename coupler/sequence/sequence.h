@@ -3,6 +3,7 @@
 #include "common/bus/coordinator.h"
 #include "common/schema/scene.h"
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -44,6 +45,9 @@ struct Action {
   int iteration = 0; ///< of the innermost repetition; keeps its last value after it
 };
 std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
+
+/// Those of a step who receive nothing and on whom no decision depends: they may run ahead of the others.
+std::set<std::string> leaders(const Nodes &step);
 
 /// As printed at the start of a run.
 std::string to_text(const Sequence &sequence);

@@ -33,8 +33,10 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
   return stream;
 }
 
-SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence)
-    : coordinator_(coordinator), sequence_(sequence) {
+SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence, int lookahead)
+    : coordinator_(coordinator), sequence_(sequence), lookahead_(lookahead) {
+  if (lookahead > 0)
+    leaders_ = leaders(sequence.step);
   connect(sequence_.start);
   connect(sequence_.step);
 }
@@ -46,22 +48,50 @@ void SequenceRunner::connect(const Nodes &nodes) {
         at->second = coordinator_.connect(node.participant, node.receiver, node.field);
 }
 
-SequenceRunner::Reports SequenceRunner::run(const Nodes &nodes, bus::Step step) {
+SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
+  order(sequence_.start, step);
+  order_all({bus::Command::Kind::report, "", -1, step});
+  return wait_reports();
+}
+
+SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number) {
+  const int last = std::min(number + lookahead_, time.next_refresh(number));
+  for (int n = std::max(number, last_led_ + 1); n <= last; ++n)
+    order_leaders(time.step(n));
+  last_led_ = last;
+  follow(time.step(number));
+  return wait_reports();
+}
+
+/// What a step asks of leaders, which is decided beforehand.
+void SequenceRunner::order_leaders(const bus::Step &step) {
+  for (const auto &[participant, command] : commands(sequence_.step, routes_, step))
+    if (leaders_.count(participant))
+      coordinator_.order(participant, command);
+  for (const auto &participant : leaders_)
+    coordinator_.order(participant, {bus::Command::Kind::report, "", -1, step});
+}
+
+/// What it asks of all others.
+void SequenceRunner::follow(bus::Step step) {
   const auto is_until = [](const Node &node) { return node.kind == Node::Kind::until; };
-  auto node = nodes.begin();
-  while (node != nodes.end()) {
-    const auto end = std::find_if(node, nodes.end(), is_until);
+  auto node = sequence_.step.begin();
+  while (node != sequence_.step.end()) {
+    const auto end = std::find_if(node, sequence_.step.end(), is_until);
     order(Nodes(node, end), step);
     node = end;
-    if (node != nodes.end())
+    if (node != sequence_.step.end())
       repeat_until(*node++, step);
   }
-  return wait_reports(step);
+  for (const auto &participant : coordinator_.participants())
+    if (!leaders_.count(participant.name))
+      coordinator_.order(participant.name, {bus::Command::Kind::report, "", -1, step});
 }
 
 void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
-    coordinator_.order(participant, command);
+    if (!leaders_.count(participant))
+      coordinator_.order(participant, command);
 }
 
 void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
@@ -94,7 +124,8 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,
                                                const bus::Step &step) {
   order_all({kind, folder, -1, step});
-  return wait_reports(step);
+  order_all({bus::Command::Kind::report, "", -1, step});
+  return wait_reports();
 }
 
 void SequenceRunner::refresh(const bus::Step &step) { order_all({bus::Command::Kind::refresh, "", -1, step}); }
@@ -104,8 +135,7 @@ void SequenceRunner::order_all(const bus::Command &command) {
     coordinator_.order(participant.name, command);
 }
 
-SequenceRunner::Reports SequenceRunner::wait_reports(const bus::Step &step) {
-  order_all({bus::Command::Kind::report, "", -1, step});
+SequenceRunner::Reports SequenceRunner::wait_reports() {
   coordinator_.flush();
   Reports reports;
   for (const auto &participant : coordinator_.participants())

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "coupler/sequence/sequence.h"
+#include "coupler/time_control.h"
 
 #include <map>
 #include <tuple>
@@ -18,12 +19,12 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
 /// a repetition depends on what somebody reports.
 class SequenceRunner {
  public:
-  /// Connects the routes that the sequence uses.
-  SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence);
+  /// Connects the routes that the sequence uses. Leaders are told of so many steps in advance.
+  SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence, int lookahead);
 
   using Reports = std::map<std::string, bus::Report>;
-  Reports start(const bus::Step &step) { return run(sequence_.start, step); }
-  Reports step(const bus::Step &step) { return run(sequence_.step, step); }
+  Reports start(const bus::Step &step);
+  Reports step(const TimeControl &time, int number);
   /// All participants save or load their states at the end of this step.
   Reports states(bus::Command::Kind kind, const std::string &folder, const bus::Step &step);
   /// All drop what is not in their state, before the next step.
@@ -34,16 +35,19 @@ class SequenceRunner {
 
  private:
   void connect(const Nodes &nodes);
-  Reports run(const Nodes &nodes, bus::Step step);
   void order(const Nodes &nodes, const bus::Step &step);
+  void order_leaders(const bus::Step &step);
+  void follow(bus::Step step);
   /// Leaves the last iteration in `step`.
   void repeat_until(const Node &node, bus::Step &step);
   void order_all(const bus::Command &command);
-  Reports wait_reports(const bus::Step &step);
+  Reports wait_reports();
 
   bus::Coordinator &coordinator_;
   Sequence sequence_;
   Routes routes_;
+  int lookahead_, last_led_ = 0;                   ///< of steps; the last one that leaders have been told of
+  std::set<std::string> leaders_;                  ///< only with look-ahead
   std::map<std::string, bus::Times> times_before_; ///< reported within the step
 };
 

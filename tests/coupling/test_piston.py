@@ -4,6 +4,7 @@ An elastic column is pushed from its far end against a closed box of blood. The 
 matrices only: linear elements with consistent mass, springs and dampers at the far end.
 """
 import csv
+import json
 import math
 import re
 import tempfile
@@ -182,6 +183,28 @@ class Piston(unittest.TestCase):
         self.assertEqual(launch.code, 5)
         self.assertRegex(launch.output, "the coupling is unstable: .* coupling.alpha is 27[0-9]{3} .* or 'alpha: auto'")
         self.assertLess(history["mean_pressure [Pa]"].max(), 50e3)  # before it has become absurd
+
+    def test_the_trace_has_a_row_for_each_rank_and_nothing_overlaps_in_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            launch, _ = run(folder, "time.end=2 ms", "output.trace=true", "mech.ranks=2")
+            events = json.loads((Path(folder) / "out/trace.json").read_text())["traceEvents"]
+        self.assertEqual(launch.code, 0, launch.output)
+        names = {event["pid"]: event["args"]["name"] for event in events if event["name"] == "process_name"}
+        rows = {}
+        for event in events:
+            if event["ph"] == "X":
+                rows.setdefault((names[event["pid"]], event["tid"]), []).append(event)
+        self.assertEqual(sorted(rows), [("ale", 0), ("coupler", 0), ("fluid", 0), ("mech", 0), ("mech", 1)])
+        self.assertEqual(sum(event["name"] == "solve" for event in rows["mech", 1]), 10)
+        self.assertIn("receive blood_force", [event["name"] for event in rows["mech", 0]])
+        for row in rows.values():
+            open_until = []  # ends of the slices around
+            for event in sorted(row, key=lambda event: (event["ts"], -event["dur"])):
+                while open_until and open_until[-1] <= event["ts"] + 1e-6:
+                    open_until.pop()
+                end = event["ts"] + event["dur"]
+                self.assertTrue(not open_until or end <= open_until[-1] + 1e-6, event)
+                open_until.append(end)
 
 
 if __name__ == "__main__":

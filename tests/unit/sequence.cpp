@@ -1,5 +1,6 @@
 #include "coupler/sequence/sequence_runner.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 using namespace heartbus;
@@ -164,12 +165,35 @@ TEST(Sequence, AnInputReadBeforeItIsWrittenIsRefused) {
 
 TEST(Sequence, AFieldSentBeforeItIsComputedIsRefused) {
   Sequence sequence = scheme("EFS1");
-  std::swap(sequence.step[0], sequence.step[1]);
+  const auto calcium = std::find_if(sequence.step.begin(), sequence.step.end(),
+                                    [](const Node &node) { return node.field == "calcium"; });
+  std::iter_swap(calcium - 1, calcium); // before `solve ep`
   EXPECT_NE(complaint(sequence, heart()).find("'calcium' is sent before 'ep' has computed it"), std::string::npos);
+}
+
+TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
+  for (const auto &name : {"EFS1", "E1FSinf", "electromechanics"})
+    EXPECT_EQ(leaders(scheme(name).step), std::set<std::string>{"ep"}) << name;
+  EXPECT_EQ(leaders(scheme("adaptive", 4).step), std::set<std::string>{"ep"});
+  EXPECT_TRUE(leaders(cast(scheme("EFS1"), without(heart(), "ep")).step).empty());
+  // Somebody whose scalar decides waits for the decision.
+  const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
+  EXPECT_EQ(leaders({solve}), std::set<std::string>{"a"});
+  EXPECT_TRUE(leaders({{Node::Kind::until, "a", "", "", "residual", 9, {solve}, 1e-3}}).empty());
+}
+
+TEST(Sequence, RunningAheadEndsWhereAllIsDroppedThatIsNotInTheState) {
+  TimeParameters parameters;
+  parameters.end = 50 * parameters.step;
+  const TimeControl time(parameters);
+  EXPECT_EQ(time.next_refresh(1), 20);
+  EXPECT_EQ(time.next_refresh(20), 20);
+  EXPECT_EQ(time.next_refresh(21), 40);
+  EXPECT_EQ(time.next_refresh(41), 50);
 }
 
 TEST(Sequence, WorkAfterTheCommitIsRefused) {
   Sequence sequence = scheme("EFS1");
   sequence.step.push_back(sequence.step.front());
-  EXPECT_NE(complaint(sequence, heart()).find("'ep' is busy after its commit"), std::string::npos);
+  EXPECT_NE(complaint(sequence, heart()).find("'mech' is busy after its commit"), std::string::npos);
 }
