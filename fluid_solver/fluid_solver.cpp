@@ -68,6 +68,7 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.scalar("fluid_residual", "1", [this] { return statistics_.residual; });
   bus.scalar("volume_defect", "m^3/s", [this] { return budget_.volume_defect; });
   bus.scalar("interface_power", "W", [this] { return budget_.power; });
+  bus.scalar("disagreement", "Pa", [this] { return budget_.disagreement; });
   if (coupling_)
     declare_coupling(bus);
 }
