@@ -63,6 +63,7 @@ struct Coordinator::Implementation {
   std::vector<RouteName> route_names;
   std::list<Recorder> recorders;
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
+  std::map<std::string, Habit> reports; ///< of waiting for those of each participant
   std::map<std::string, std::vector<Command>> queue;
   std::set<std::string> finished;
   std::size_t n_traced = 0; ///< ranks that will hand over a trace
@@ -329,7 +330,7 @@ Report Coordinator::wait_report(const std::string &participant) {
       [&] {
         return Awaited{"the report of " + participant, ""};
       },
-      patience);
+      patience, &all.reports[participant]);
   auto &expected = all.expected_recordings.at(participant);
   all.waiting.until([&] { return all.have_recorded(expected.front()); },
                     [&] {

@@ -39,16 +39,16 @@ Bytes Link::receive_broadcast(double patience) {
         [] {
           return Awaited{"a command of the coupler", "coupler"};
         },
-        patience);
+        patience, &commands_);
     size_ = bytes_.size();
   }
-  broadcast(&size_, sizeof(size_), patience);
+  broadcast(&size_, sizeof(size_), patience, is_root() ? nullptr : &commands_);
   bytes_.resize(size_);
   broadcast(bytes_.data(), size_, patience);
   return bytes_;
 }
 
-void Link::broadcast(void *data, std::size_t size, double patience) {
+void Link::broadcast(void *data, std::size_t size, double patience, Habit *habit) {
   MPI_Request request;
   MPI_Ibcast(data, size, MPI_BYTE, 0, world_.local(), &request);
   const auto done = [&request] {
@@ -61,7 +61,7 @@ void Link::broadcast(void *data, std::size_t size, double patience) {
       [] {
         return Awaited{"its own rank 0 to pass on a command", ""};
       },
-      patience);
+      patience, habit);
 }
 
 Bytes Link::receive(Tag tag) {

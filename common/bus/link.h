@@ -60,11 +60,12 @@ class Link {
   /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
   /// closed their files.
   void wait_for_exit();
-  void broadcast(void *data, std::size_t size, double patience);
+  void broadcast(void *data, std::size_t size, double patience, Habit *habit = nullptr);
 
   World &world_;
   Mailbox mail_;
   Waiting waiting_;
+  Habit commands_; ///< of waiting for them
   int local_rank_ = 0, local_size_ = 1;
   int leave_code_ = 0;
   MPI_Request leave_ = MPI_REQUEST_NULL;

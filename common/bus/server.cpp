@@ -168,7 +168,7 @@ void Server::receive(int route, const Step &step) {
   };
   {
     const Stopwatch::Section waiting(parts_, "waiting");
-    link_.waiting().until([&] { return ends.arrived(); }, awaited);
+    link_.waiting().until([&] { return ends.arrived(); }, awaited, 1, &ends.habit);
   }
   field.target->resize(field.size);
   if (ends.sender().empty())

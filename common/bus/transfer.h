@@ -2,6 +2,7 @@
 
 #include "common/bus/protocol.h"
 #include "common/bus/solver.h"
+#include "common/bus/waiting.h"
 
 #include <mpi.h>
 #include <string>
@@ -46,6 +47,7 @@ class Incoming {
   std::string missing() const;            ///< "ep (rank 1)": whose message has not come yet
   std::string sender() const { return channels_.empty() ? "" : channels_.front().peer.participant; }
   void close();
+  Habit habit; ///< of waiting for it
 
  private:
   int route_;

@@ -20,19 +20,26 @@ class Late : public Failure {
   const std::string waits_for;
 };
 
-/// Waits asleep: spins 50 us (most answers come at once), then sleeps 20 us, doubling up to 200 us, so that an idle
-/// rank leaves its core to the working ones. Every round also calls `poll`, which looks for an order to leave and
-/// throws it.
+/// How long a wait that recurs in each step took the last two times [s].
+struct Habit {
+  double last = 0, before = 0;
+};
+
+/// Waits asleep: spins 50 us (most answers come at once), sleeps through most of what a recurring wait takes at least, then
+/// 20 us at a time, doubling up to 200 us. So an idle rank leaves its core to the working ones and is still awake in
+/// time. Every round also calls `poll`, which looks for an order to leave and throws it.
 class Waiting {
  public:
-  explicit Waiting(std::function<void()> poll) : poll_(std::move(poll)) {}
+  explicit Waiting(std::function<void()> poll);
 
   double deadline = 60; ///< [s]; the scene's value from the handshake on
 
-  /// Returns when `done()`; Late("waited .. s for ..") after `patience` deadlines.
-  void until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience = 1) const;
+  /// Returns when `done()`; Late("waited .. s for ..") after `patience` deadlines. `habit` is kept by the caller for
+  /// waits that recur.
+  void until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience = 1,
+             Habit *habit = nullptr) const;
   /// As above, but gives up silently: false after `seconds`.
-  bool within(double seconds, const std::function<bool()> &done) const;
+  bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
 
  private:
   std::function<void()> poll_;
