@@ -16,9 +16,9 @@ namespace {
 
 using namespace std::chrono;
 
-constexpr microseconds spin(50), shortest_pause(20), longest_pause(200);
+constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
-constexpr double share_slept = 0.8;     ///< of the shorter of the last two waits
+constexpr double share_slept = 0.5;     ///< of the shorter of the last two waits
 
 } // namespace
 

@@ -25,8 +25,8 @@ struct Habit {
   double last = 0, before = 0;
 };
 
-/// Waits asleep: spins 50 us (most answers come at once), sleeps through most of what a recurring wait takes at least, then
-/// 20 us at a time, doubling up to 200 us. So an idle rank leaves its core to the working ones and is still awake in
+/// Waits asleep: spins 50 us (most answers come at once), sleeps through half of what a recurring wait takes at least, then
+/// 5 us at a time, doubling up to 200 us. So an idle rank leaves its core to the working ones and is still awake in
 /// time. Every round also calls `poll`, which looks for an order to leave and throws it.
 class Waiting {
  public:
