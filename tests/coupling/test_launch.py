@@ -50,6 +50,11 @@ class Launches(unittest.TestCase):
         indicators = json.loads((results / "indicators.json").read_text())
         self.assertEqual(indicators["steps"], 20)
         self.assertEqual(list(indicators["wall_s_by_part"]), ["ep"])
+        works = indicators["wall_s_by_work"]["ep"]
+        self.assertLessEqual({"ionic model", "assembly", "linear solve", "other", "bus", "waiting"}, set(works))
+        self.assertGreater(works["other"], 0)
+        self.assertAlmostEqual(sum(works.values()), sum(indicators["wall_s_by_command"]["ep"].values()), 3)
+        self.assertLess(indicators["cpu_s_by_part"]["ep"], indicators["cpu_s"])
         self.assertTrue((results / "logs/coupler.log").stat().st_size > 0)
 
     def test_the_resolved_scene_resolves_to_itself(self):
