@@ -23,6 +23,7 @@ from results import History
 
 from . import closed_forms
 from .figures import log_axis, plt
+from .launch import CONVERGENCE, NOT_FINITE
 from .scene import StudyError
 
 COLUMNS = ["disagreement", "volume_defect"]  # what tells an instability, the better first
@@ -58,8 +59,8 @@ def rate(part):
 class Search:
     """The border of one combination: probes queued, their outcomes collected, more of them where it is in between."""
 
-    def __init__(self, study, store, schedule, run):
-        self.study, self.store, self.schedule, self.run = study, store, schedule, run
+    def __init__(self, study, store, schedule, run, retry=False):
+        self.study, self.store, self.schedule, self.run, self.retry = study, store, schedule, run, retry
         self.points = {}  # value -> (state, growth)
         self.pending = set()
         self.predicted = {}
@@ -78,6 +79,9 @@ class Search:
     def queue(self, run, then):
         """To be computed, or looked up only when there is no schedule."""
         case = self.study.case(run)
+        for each in (case, *case.needs) if self.retry else ():
+            if not self.is_unstable(each):
+                self.store.retry(each)
         if self.schedule:
             self.schedule.add(case, run.name, then)
         else:
@@ -89,10 +93,14 @@ class Search:
         self.pending.add(value)
         self.queue(probed, lambda state: self.note(value, probed, state))
 
+    def is_unstable(self, case):
+        """Whether it has failed as an unstable coupling does: recognised, without convergence, with inverted cells."""
+        return any(self.store.reason(case).startswith(f"exit code {code}:") for code in (CONVERGENCE, NOT_FINITE))
+
     def note(self, value, probed, state):
         self.pending.discard(value)
         case = self.study.case(probed)
-        if state == "failed" and any(f"exit code {code}" in self.store.reason(case) for code in (5, 6)):
+        if state == "failed" and self.is_unstable(case):
             self.points[value] = ("failed", np.nan)
         elif state == "failed":
             print(f"{probed.name}: {self.store.reason(case)}", file=sys.stderr)
@@ -146,9 +154,7 @@ class Search:
 
 def explore(study, store, schedule, options, folder):
     """Computes what the map needs, draws it. The exit code."""
-    if options.retry:
-        raise StudyError("--retry: points that have failed are what a border is made of; they are not repeated")
-    searches = [Search(study, store, schedule, run) for run in probed_runs(study)]
+    searches = [Search(study, store, schedule, run, options.retry) for run in probed_runs(study)]
     print(f"{study.name}: {len(searches)} borders, {schedule.jobs} runs side by side")
     schedule.work()
     if schedule.obstacle:

@@ -22,7 +22,7 @@ class Schedule:
         self.running = {}  # fingerprint -> (name, Launch)
         self.then = {}  # fingerprint -> functions to call with its state
         self.obstacle = ""  # why nothing more is begun
-        self.begun, self.steps, self.n_done = time.monotonic(), 0, 0
+        self.begun, self.steps, self.n_done, self.shown = time.monotonic(), 0, 0, 0.0
 
     def add(self, case, name, then=None):
         """Queues a case with all that it needs; `then(state)` when it is done, failed or cannot be."""
@@ -137,7 +137,7 @@ class Schedule:
 
     def show(self):
         """What runs, on a terminal, twice a second."""
-        if not sys.stdout.isatty() or time.monotonic() - getattr(self, "shown", 0) < 0.5:
+        if not sys.stdout.isatty() or time.monotonic() - self.shown < 0.5:
             return
         self.shown = time.monotonic()
         now = ", ".join(f"{name} {100 * launch.steps_done() / launch.case.n_steps:.0f} %"

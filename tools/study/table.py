@@ -33,7 +33,7 @@ def paper_rows(study):
 def columns(study, table):
     known = {key for row in table for key, value in row.items() if isinstance(value, (int, float))}
     first = ["run", "state", *dict.fromkeys(axis for run in study.runs for axis in run.parts)]
-    return first, [key for key in (study.measure or USUAL) if key in known] , sorted(known)
+    return first, [key for key in (study.measure or USUAL) if key in known], sorted(known)
 
 
 def write(study, table, folder):
