@@ -19,8 +19,8 @@ NAMES = {"EF_percent": "ejection fraction", "p_max_mmHg": "$p_{max}$", "ILI_C_pe
          "ILI_R_percent": "$ILI_R$", "cpu_s": "CPU time", "wall_s": "wall time", "error_EF": "error of EF",
          "error_p_max": "error of $p_{max}$", "error_ILI_C": "error of $ILI_C$", "error_ILI_R": "error of $ILI_R$",
          "error_V": "error of V(t), $L^2$", "error_p": "error of p(t), $L^2$", "max_V": r"max $|V-V_{ref}|$",
-         "step_ms": "wall time of a step", "prepare_ms": "preparing blood and wall, a step",
-         "solve_ms": "solving blood and wall, a step", "h_mm": "mean diameter h of the wall's cells",
+         "step_ms": "wall time of a step", "assembly_ms": "assembly for blood and wall, a step",
+         "solve_ms": "solution for blood and wall, a step", "h_mm": "mean diameter h of the wall's cells",
          "max_p": r"max $|p-p_{ref}|$", "mean_coupling_iterations": "iterations a step"}
 NORMS = {"d": "displacement", "u": "velocity", "pressure": "pressure field", "V": "volume", "p": "mean pressure"}
 MARKERS = "osD^vP*X<>"

@@ -7,7 +7,7 @@
 | error_V, error_p | of V(t) and p(t): L2 norm in time of the difference over that of the reference [%] |
 | max_V, max_p | largest difference in time [mL, mmHg] |
 | h_mm | mean diameter of the wall's cells |
-| step_ms, prepare_ms, solve_ms | wall time of a mean step, and of what blood and wall do in it |
+| step_ms, assembly_ms, solve_ms | wall time of a mean step, and of assembly and solution for blood and wall in it |
 | contraction_*, ejection_* | maximum in time of the difference over a part of the heartbeat, see `norms` |
 """
 from pathlib import Path
@@ -19,23 +19,22 @@ from results import ML, MMHG, History, indicators
 
 UNITS = {"EF_percent": "%", "p_max_mmHg": "mmHg", "ILI_C_percent": "%", "ILI_R_percent": "%", "EDV_mL": "mL",
          "ESV_mL": "mL", "cpu_s": "s", "wall_s": "s", "error_EF": "%", "error_p_max": "%", "error_ILI_C": "points",
-         "error_ILI_R": "points", "step_ms": "ms", "prepare_ms": "ms", "solve_ms": "ms", "h_mm": "mm", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
+         "error_ILI_R": "points", "step_ms": "ms", "assembly_ms": "ms", "solve_ms": "ms", "h_mm": "mm", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
 NORM_UNITS = {"d": "m m^(3/2)", "u": "m/s m^(3/2)", "pressure": "Pa m^(3/2)", "V": "mL", "p": "mmHg"}
 FIELDS = {"d": ("mech", "displacement"), "u": ("fluid", "velocity"), "pressure": ("fluid", "pressure")}
 USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_coupling_iterations", "cpu_s", "wall_s",
          "error_EF", "error_p_max", "error_V", "error_p", "max_V", "max_p"]
-
-
+ASSEMBLY, SOLVE = ("assembly", "residual", "tangent"), ("preconditioner", "linear solve")  # works of a participant
 LAYER = 10e-3  # s after a change of scheme in ejection, in which the new one finds its own pressure: not the step's fault
 
 
 def measures(folder, reference=None, start=None):
     """All numbers of the run in a folder, which started from another's state at the time `start` if that is given."""
     found = {key: value for key, value in indicators(folder).items() if isinstance(value, (int, float))}
-    found.update({f"wall_s_{who}_{work.removeprefix('task:')}": seconds
+    found.update({f"wall_s_{who}_{work.replace(' ', '_')}": seconds
                   for who, all_work in indicators(folder).get("wall_s_by_work", {}).items()
                   for work, seconds in all_work.items()})
-    found.update(times_of_a_step(folder))
+    found.update(times_of_a_step(indicators(folder)))
     if (Path(folder) / "fields/mech.h5").exists():
         found["h_mm"] = cell_diameter(Path(folder) / "fields/mech.h5")
     if reference is not None:
@@ -44,17 +43,16 @@ def measures(folder, reference=None, start=None):
     return found
 
 
-def times_of_a_step(folder):
-    """Of a mean step [ms]: all of it, and what blood and wall take to prepare (mesh, active force, tangents) and to solve."""
-    known = indicators(folder)
-    steps = max(1, len(History(folder).time) - 1) if "wall_s" in known else 0
-    if not steps or not known.get("wall_s_by_work"):
+def times_of_a_step(known):
+    """Of a mean step [ms]: all of it, and what blood and wall take to assemble and to solve their systems."""
+    steps = known.get("steps_timed", 0)
+    if not steps:
         return {}
     own = [work for who, work in known["wall_s_by_work"].items() if who in ("fluid", "mech", "fsi")]
-    result = {"step_ms": known["wall_s"]}
-    for work in "prepare", "solve":
-        result[f"{work}_ms"] = sum(times.get(work, 0) for times in own)
-    return {key: 1e3 * value / steps for key, value in result.items()}
+    seconds = {"step_ms": known["wall_s"]}
+    for name, works in (("assembly_ms", ASSEMBLY), ("solve_ms", SOLVE)):
+        seconds[name] = sum(times.get(work, 0) for times in own for work in works)
+    return {key: 1e3 * value / steps for key, value in seconds.items()}
 
 
 def cell_diameter(path):
