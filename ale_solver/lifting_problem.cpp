@@ -24,7 +24,7 @@ LiftingProblem::LiftingProblem(const fem::LagrangeSpace &space, const Parameters
     System system{of_components[i], std::make_unique<fem::NodalMatrix>(space, 1), nullptr};
     system.matrix->set_constraints(system.constrained);
     assemble(*system.matrix);
-    system.preconditioner = fem::make_preconditioner("amg", *system.matrix);
+    system.preconditioner = fem::make_preconditioner("ilu", *system.matrix);
     systems_.push_back(std::move(system));
   }
 }

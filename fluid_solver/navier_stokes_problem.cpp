@@ -1,7 +1,6 @@
 #include "fluid_solver/navier_stokes_problem.h"
 
 #include "common/bus/failure.h"
-#include "fluid_solver/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
 namespace heartbus::fluid {
@@ -255,7 +254,7 @@ void NavierStokesProblem::refresh_preconditioner() {
 std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::NodalMatrix &matrix) const {
   if (parameters_.preconditioner == "simplec")
     return std::make_unique<Simplec>(matrix);
-  return std::make_unique<BlockILU>(matrix);
+  return fem::make_preconditioner("ilu", matrix);
 }
 
 /// y = (A + sum R c c^T) x: the resistances couple all nodes of an orifice, hence are kept out of the matrix.

@@ -80,7 +80,7 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
   fem::fix_vector(space.solid(), 3, "interface", on_interface);
   wall_.copy_scaled(1, tangent_);
   wall_.decouple(on_interface);
-  solid_ = fem::make_preconditioner("ic", wall_);
+  solid_ = fem::make_preconditioner("ilu", wall_);
 }
 
 void FsiPreconditioner::vmult(fem::Vector &y, const fem::Vector &x) const {

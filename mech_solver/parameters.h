@@ -39,7 +39,7 @@ struct SolverParameters {
   double update_tolerance = 1e-6;   ///< relative to the size of the smallest cell
   double linear_tolerance = 1e-3;
   int max_iterations = 30;
-  std::string preconditioner = "ic";
+  std::string preconditioner = "ilu";
   void describe(config::Section &section);
 };
 

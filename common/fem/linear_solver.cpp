@@ -1,6 +1,7 @@
 #include "common/fem/linear_solver.h"
 
 #include "common/bus/failure.h"
+#include "common/fem/block_ilu.h"
 
 #include <deal.II/lac/solver_cg.h>
 #include <deal.II/lac/solver_control.h>
@@ -63,7 +64,7 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
   if (kind == "jacobi")
     return std::make_unique<Jacobi>(matrix);
   if (kind == "ilu")
-    return std::make_unique<TrilinosPreconditioner<PreconditionILU>>(matrix, PreconditionILU::AdditionalData());
+    return std::make_unique<BlockILU>(matrix);
   if (kind == "ic")
     return std::make_unique<TrilinosPreconditioner<PreconditionIC>>(matrix, PreconditionIC::AdditionalData());
   if (kind == "amg")

@@ -21,8 +21,8 @@ class Preconditioner {
   virtual void vmult(Vector &y, const Vector &x) const = 0;
 };
 
-/// "jacobi", "ilu" (each rank its block, no overlap; `fill` levels), "amg" (ML smoothed aggregation; `elliptic`,
-/// near null space of `components` constants), "ic" for symmetric matrices. Collective; keeps what it needs of the
+/// "jacobi", "ilu" (see BlockILU), "amg" (ML smoothed aggregation; `elliptic`, near null space of `components`
+/// constants), "ic" for symmetric matrices. Collective; keeps what it needs of the
 /// matrix, so the matrix may change afterwards.
 std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix);
 

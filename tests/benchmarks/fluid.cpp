@@ -1,4 +1,4 @@
-#include "fluid_solver/block_ilu.h"
+#include "common/fem/block_ilu.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "tests/benchmarks/heart.h"
 #include "tests/benchmarks/limits.h"
@@ -91,7 +91,7 @@ BENCHMARK(navier_stokes_prepare)->Unit(benchmark::kMillisecond);
 void block_ILU_set_up(benchmark::State &state) {
   const fem::NodalMatrix &A = blood().problem.matrix();
   for (auto _ : state)
-    fluid::BlockILU ilu(A);
+    fem::BlockILU ilu(A);
   compare_with_limit(state, {1, (8 + 4) * n_entries(A), 0});
 }
 BENCHMARK(block_ILU_set_up)->Unit(benchmark::kMillisecond);
@@ -99,7 +99,7 @@ BENCHMARK(block_ILU_set_up)->Unit(benchmark::kMillisecond);
 /// Forwards and backwards: factors in single precision and columns once, vectors up and down.
 void block_ILU_sweep(benchmark::State &state) {
   const fem::NodalMatrix &A = blood().problem.matrix();
-  const fluid::BlockILU ilu(A);
+  const fem::BlockILU ilu(A);
   fem::Vector x = A.space().make_vector(4), y = x;
   x = 1;
   for (auto _ : state)

@@ -1,0 +1,33 @@
+#pragma once
+
+#include "common/fem/block_ilu_kernel.h"
+#include "common/fem/linear_solver.h"
+
+#include <vector>
+
+namespace heartbus::fem {
+
+/// Incomplete LU factorisation without fill of the dense blocks between nodes, of 1, 3 or 4 components, each rank its own
+/// part (block Jacobi over ranks). The blocks of a node are inverted exactly, which takes care of the coupling of its
+/// components; at the time steps of a heartbeat, where mass dominates, that is nearly all there is. Factors are held in
+/// single precision: they are an approximation anyway, and the solver is bound by memory traffic. They are applied in
+/// double precision, because Krylov methods converge only as far as their preconditioner is linear. The factorisation of a
+/// symmetric matrix is symmetric but for the rounding of its factors, which conjugate gradients put up with.
+class BlockILU : public Preconditioner {
+ public:
+  /// The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.
+  explicit BlockILU(const NodalMatrix &matrix);
+  void vmult(Vector &y, const Vector &x) const override;
+
+ private:
+  void copy_pattern(const NodalMatrix &matrix);
+  template <unsigned b>
+  void factorise(const NodalMatrix &matrix);
+
+  unsigned components_;
+  std::vector<int> begin_, diagonal_, columns_; ///< see BlockFactors
+  std::vector<float> factors_;
+  mutable std::vector<double> work_;
+};
+
+} // namespace heartbus::fem
