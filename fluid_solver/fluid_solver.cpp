@@ -17,7 +17,8 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
     : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, alpha, dt), dt_(dt),
       mesh_motion_(3 * space.n_owned_nodes()), watch_(dt) {
   if (space.has_label("mitral") != space.has_label("aortic"))
-    throw Failure(ExitCode::scene, "the fluid mesh has one valve; it needs both boundaries 'mitral' and 'aortic' or none");
+    throw Failure(ExitCode::scene,
+                  "the fluid mesh has one valve; it needs both boundaries 'mitral' and 'aortic' or none");
   if (space.has_label("mitral")) {
     valves_.emplace(parameters.valves);
     mitral_ = &problem_.add_orifice("mitral", parameters.valves.mitral_pressure, 0);
@@ -36,7 +37,7 @@ void FluidSolver::couple(const CouplingParameters &coupling) {
   alpha_limit_.resize(interface_nodes_.size());
   pressure_correction_ = alpha_limit_;
   blood_velocity_.resize(3 * interface_nodes_.size());
-  unit_pressure_force_ = blood_velocity_;
+  probe_force_ = probe_velocity_ = unit_pressure_force_ = blood_velocity_;
   if (coupling.acceleration == "anderson")
     problem_.accelerate();
 }
@@ -75,6 +76,9 @@ void FluidSolver::declare(bus::Declaration &bus) {
 
 void FluidSolver::declare_coupling(bus::Declaration &bus) {
   bus.input("alpha_limit", "interface", 1, "kg/(m^2 s)", alpha_limit_);
+  bus.input("probe_force", "interface", 3, "N", probe_force_);
+  bus.output("probe_velocity", "interface", 3, "m/s", "n", probe_velocity_);
+  bus.task("probe", [this](const bus::Step &step) { probe(step); });
   bus.scalar("alpha", "kg/(m^2 s)", [this] { return problem_.alpha(); });
   bus.scalar("coupling_iterations", "1", [this] { return double(coupling_iterations_); });
   bus.scalar("datum_residual", "1", [this] { return budget_.datum_residual; });
@@ -89,7 +93,6 @@ void FluidSolver::declare_coupling(bus::Declaration &bus) {
 }
 
 void FluidSolver::start() {
-  choose_alpha();
   Vector motion = space_.make_vector(3);
   std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
   problem_.start(motion);
@@ -111,7 +114,32 @@ void FluidSolver::choose_alpha() {
     problem_.set_alpha(0.8 * uniform_value(alpha_limit_));
 }
 
+void FluidSolver::begin_probe() {
+  Parameters parameters = parameters_;
+  parameters.initial_pressure = 0;
+  parameters.tolerance = std::max(parameters.tolerance, 1e-6);
+  blood_at_rest_ = std::make_unique<NavierStokesProblem>(space_, parameters, 0, dt_);
+  if (!coupling_->repeats())
+    blood_at_rest_->take_alternating_motion();
+  if (valves_) {
+    blood_at_rest_->add_orifice("mitral", 0, mitral_->resistance).open = mitral_->open;
+    blood_at_rest_->add_orifice("aortic", 0, aortic_->resistance).open = aortic_->open;
+  }
+  Vector motion = space_.make_vector(3);
+  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
+  blood_at_rest_->start(motion);
+  blood_at_rest_->prepare(motion);
+}
+
+void FluidSolver::probe(const bus::Step &step) {
+  if (step.iteration == 0)
+    begin_probe();
+  blood_at_rest_->solve(space_.make_vector(4), on_interface(probe_force_));
+  to_interface(blood_at_rest_->state(), probe_velocity_);
+}
+
 void FluidSolver::prepare_step(const bus::Step &step) {
+  blood_at_rest_.reset();
   choose_alpha();
   if (valves_)
     switch_valves(step.time - step.size);
@@ -163,13 +191,14 @@ void FluidSolver::refuse_instability(const bus::Step &step) {
   if (!watch_.add(budget_.disagreement))
     return;
   const double alpha = problem_.alpha(), limit = uniform_value(alpha_limit_); // 0: not estimated since a restart
-  throw Failure(ExitCode::not_converged,
-                fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
-                            "step to step; coupling.alpha is {:.0f} kg/(m^2 s){}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
-                            step.time, budget_.disagreement, alpha,
-                            limit > 0 ? fmt::format(", the wall's impedance allows {:.0f}", limit) : "",
-                            limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha,
-                            coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
+  throw Failure(
+      ExitCode::not_converged,
+      fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
+                  "step to step; coupling.alpha is {:.0f} kg/(m^2 s){}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
+                  step.time, budget_.disagreement, alpha,
+                  limit > 0 ? fmt::format(", the wall's impedance allows {:.0f}", limit) : "",
+                  limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha,
+                  coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
 }
 
 void FluidSolver::commit_step(const bus::Step &step) {

@@ -16,8 +16,9 @@
 
 namespace heartbus::fluid {
 
-/// The blood (paper, section 2.5 and 3.1, step 4): velocity and pressure on the moving mesh, valves, and the Robin side of
-/// the interface condition. Takes the mesh motion and the wall's velocity v* and force W*, returns the force L on the wall.
+/// The blood (paper, section 2.5 and 3.1, step 4): velocity and pressure on the moving mesh, valves, and the Robin side
+/// of the interface condition. Takes the mesh motion and the wall's velocity v* and force W*, returns the force L on
+/// the wall.
 class FluidSolver : public bus::Solver {
  public:
   /// Valves are there when the mesh has boundaries `mitral` and `aortic`.
@@ -48,6 +49,10 @@ class FluidSolver : public bus::Solver {
   /// An empty history: the mesh as it comes, blood at rest.
   void start();
   void choose_alpha();
+  /// The velocity with which blood at rest yields to a force on the wall, u = -F^{-1} L: a_f(u, p; w) = -L(w) without
+  /// Robin term and other loads, in the cavity as it is, valves included. Which F: mech_solver/interface_impedance.h.
+  void probe(const bus::Step &step);
+  void begin_probe();
   void correct();
   bool isovolumetric() const;
   void declare_coupling(bus::Declaration &declaration);
@@ -72,11 +77,13 @@ class FluidSolver : public bus::Solver {
   std::vector<unsigned> interface_nodes_; ///< owned
   // what the bus reads and fills
   std::vector<double> mesh_motion_, wall_velocity_, wall_force_, blood_force_;
-  std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
+  std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
+  std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
   fem::LinearStatistics statistics_;
   NavierStokesProblem::Budget budget_;
 
-  std::optional<CouplingParameters> coupling_; ///< with a wall in another participant
+  std::optional<CouplingParameters> coupling_;         ///< with a wall in another participant
+  std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InstabilityWatch watch_;
   int coupling_iterations_ = 0; ///< of the last step
 

@@ -55,7 +55,8 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
   for (unsigned a = 0; a < n; ++a) {
     const Lanes *reference = &in.gradients[(q * n + a) * 3];
     for (unsigned i = 0; i < 3; ++i) {
-      const Lanes g = F_inverse_T[i][0] * reference[0] + F_inverse_T[i][1] * reference[1] + F_inverse_T[i][2] * reference[2];
+      const Lanes g =
+          F_inverse_T[i][0] * reference[0] + F_inverse_T[i][1] * reference[1] + F_inverse_T[i][2] * reference[2];
       p.gradient[q][a][i] = g;
       p.w_gradient[q][a][i] = p.w[q] * g;
       for (unsigned k = 0; k < 3; ++k)
@@ -66,7 +67,7 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
   p.tau[q] = momentum_tau(in.rho, in.mu, in.dt, u_star, fem::transpose(unit) * unit);
   p.tau_C[q] = continuity_tau(p.tau[q], unit);
   for (unsigned i = 0; i < 3; ++i)
-    p.load[q][i] = in.rho / in.dt * u_n[i] + (in.force ? in.force[3 * q + i] : Lanes{});
+    p.load[q][i] = in.inertia * in.rho / in.dt * u_n[i] + (in.force ? in.force[3 * q + i] : Lanes{});
 
   for (unsigned a = 0; a < n; ++a) {
     const Lanes *g = p.gradient[q][a];
@@ -74,7 +75,7 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
     const double N = in.shapes[q * n + a];
     p.supg[q][a] = p.w[q] * p.tau[q] * convective;
     p.test[q][a] = p.w[q] * N + p.supg[q][a];
-    p.trial[q][a] = in.rho / in.dt * N + convective;
+    p.trial[q][a] = in.inertia * in.rho / in.dt * N + convective;
     p.tau_trial[q][a] = p.tau[q] * p.trial[q][a];
   }
 }

@@ -160,6 +160,7 @@ void NavierStokesProblem::visit_batches(const Vector &state, const Action &actio
   cells.rho = parameters_.density;
   cells.mu = parameters_.viscosity;
   cells.dt = dt_;
+  cells.inertia = inertia_;
   cells.pressure_scale = pressure_scale_;
   cells.motion = d.data();
   cells.convection = convection.data();
@@ -231,7 +232,8 @@ void NavierStokesProblem::add_surface_terms() {
     orifice->flux = orifice->surface.flux_functional();
     if (!orifice->open)
       continue;
-    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (Moghadam et al., doi:10.1007/s00466-011-0599-0).
+    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (Moghadam et al.,
+    // doi:10.1007/s00466-011-0599-0).
     std::vector<double> backflow = orifice->surface.fluxes(x_n_);
     for (double &flux : backflow)
       flux *= flux < 0 ? -parameters_.backflow * parameters_.density / 2 : 0;

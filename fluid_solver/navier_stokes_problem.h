@@ -33,7 +33,8 @@ struct Orifice {
 /// (navierstokes-discrete)), as forces on nodes: with a_f the stabilised momentum form of navier_stokes_kernel.h and
 /// M_S the mass matrix of the moved interface, find u, p at t^{n+1} such that for all test functions
 ///
-///     a_f(u, p; w, q) + alpha M_S u = alpha M_S v* - W*,     and return the force on the solid L = W* + alpha M_S (u - v*).
+///     a_f(u, p; w, q) + alpha M_S u = alpha M_S v* - W*,     and return the force on the solid L = W* + alpha M_S (u -
+///     v*).
 ///
 /// L equals -a_f(u, p; w) on the interface's test functions: Robin-Neumann iterations end at the monolithic solution.
 /// Vectors hold u, v, w, p at each node; the pressure is scaled (see pressure_scale).
@@ -46,6 +47,9 @@ class NavierStokesProblem {
   double alpha() const { return alpha_; }
   /// Iterations within a step take their datum from Anderson's method.
   void accelerate() { anderson_ = fem::Anderson<fem::Vector>(10); }
+
+  /// Without an old state, u^n = 0: the operator of motions that alternate from step to step, u^n = -u^{n+1}.
+  void take_alternating_motion() { inertia_ = 2; }
 
   /// Adds a valve; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
@@ -69,7 +73,7 @@ class NavierStokesProblem {
   /// The new state becomes the old one.
   void commit();
 
-  const fem::Vector &state() const { return x_; }        ///< u, v, w, p / pressure_scale; ghosts valid
+  const fem::Vector &state() const { return x_; }           ///< u, v, w, p / pressure_scale; ghosts valid
   const fem::Vector &blood_force() const { return force_; } ///< L, zero off the interface and where u is prescribed
   const fem::Vector &motion() const { return d_np1_; }
   double pressure_scale() const { return pressure_scale_; }
@@ -129,7 +133,7 @@ class NavierStokesProblem {
 
   const fem::LagrangeSpace &space_;
   Parameters parameters_;
-  double alpha_, dt_, pressure_scale_;
+  double alpha_, dt_, pressure_scale_, inertia_ = 1;
   std::vector<double> unit_nodes_;
   std::optional<MovedSurface> interface_;
   std::vector<double> interface_weights_; // alpha |n da|

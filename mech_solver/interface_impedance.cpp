@@ -1,84 +1,73 @@
 #include "mech_solver/interface_impedance.h"
 
 #include <cmath>
+#include <deal.II/lac/lapack_full_matrix.h>
 
 namespace heartbus::mech {
 
 using fem::Vector;
 
-namespace {
-
-constexpr unsigned n_lanczos = 10; ///< the largest eigenvalue to about a percent, which is below its safety margin
-
-/// Of the symmetric tridiagonal matrix with this diagonal and off-diagonal, by bisection: beyond the largest eigenvalue
-/// all pivots of T - x are negative.
-double largest_eigenvalue(const std::vector<double> &diagonal, const std::vector<double> &off_diagonal) {
-  double high = 0;
-  for (std::size_t i = 0; i < diagonal.size(); ++i)
-    high = std::max(high, std::abs(diagonal[i]) + (i > 0 ? off_diagonal[i - 1] : 0) +
-                              (i < off_diagonal.size() ? off_diagonal[i] : 0));
-  double low = -high;
-  for (int bisection = 0; bisection < 60; ++bisection) {
-    const double x = (low + high) / 2;
-    bool beyond = true;
-    double pivot = diagonal[0] - x;
-    for (std::size_t i = 1; beyond && i < diagonal.size(); ++i) {
-      beyond = pivot < 0;
-      pivot = diagonal[i] - x - off_diagonal[i - 1] * off_diagonal[i - 1] / pivot;
-    }
-    (beyond && pivot < 0 ? high : low) = x;
-  }
-  return high;
-}
-
-} // namespace
-
 InterfaceImpedance::InterfaceImpedance(ElasticityProblem &problem)
     : problem_(problem), surface_(problem.space(), "interface") {}
 
-double InterfaceImpedance::uniform(double dt) {
+void InterfaceImpedance::begin(double dt) {
+  dt_ = dt;
   problem_.begin_dynamic(dt);
   problem_.linearise(problem_.d_n);
-  const Vector b = problem_.unit_pressure_force();
-  Vector along_x = problem_.space().make_vector(3), area(along_x);
-  for (unsigned node = 0; node < problem_.space().n_owned_nodes(); ++node)
-    along_x.local_element(3 * node) = 1;
-  along_x.update_ghost_values();
-  surface_.apply_mass(problem_.d_n, along_x, area);
-  area.zero_out_ghost_values();
-  return dt * (along_x * area) / (b * compliance(b));
+  motions_.clear();
+  forces_.clear();
+  columns_.clear();
+  exhausted_ = false;
+  const Vector x = some_motion(), Mx = mass(x);
+  take(x, Mx, std::sqrt(x * Mx));
 }
 
-/// Lanczos' method in the scalar product of M_S, orthogonalised against all former directions.
-double InterfaceImpedance::smallest(double dt) {
-  problem_.begin_dynamic(dt);
-  problem_.linearise(problem_.d_n);
-  std::vector<Vector> v, Mv;
-  std::vector<double> diagonal, off_diagonal;
-  Vector w = some_motion(), Mw = mass(w);
-  for (unsigned j = 0; j < n_lanczos; ++j) {
-    const double norm = std::sqrt(w * Mw);
-    if (j > 0 && norm < 1e-6 * diagonal[0])
-      break; // there are no more directions
-    if (j > 0)
-      off_diagonal.push_back(norm);
-    w *= 1 / norm;
-    Mw *= 1 / norm;
-    v.push_back(w);
-    Mv.push_back(Mw);
-    w = compliance(Mw);
-    diagonal.push_back(w * Mw);
-    for (unsigned i = 0; i <= j; ++i)
-      w.add(-(w * Mv[i]), v[i]);
-    Mw = mass(w);
+void InterfaceImpedance::take(const Vector &x, const Vector &Mx, double norm) {
+  motions_.push_back(x);
+  motions_.back() *= 1 / norm;
+  forces_.push_back(Mx);
+  forces_.back() *= 1 / norm;
+}
+
+void InterfaceImpedance::add(const Vector &blood_velocity) {
+  if (exhausted_)
+    return;
+  Vector answer = compliance(force());
+  answer += blood_velocity;
+  fem::zero_constrained(answer, problem_.constrained()); // blood may slip along the rim through an open valve
+  columns_.emplace_back();
+  for (std::size_t i = 0; i < motions_.size(); ++i) {
+    columns_.back().push_back(answer * forces_[i]);
+    answer.add(-columns_.back().back(), motions_[i]);
   }
-  return dt / largest_eigenvalue(diagonal, off_diagonal);
+  const Vector Mx = mass(answer);
+  const double norm = std::sqrt(std::max(0., answer * Mx));
+  exhausted_ = norm < 1e-6 * std::abs(columns_[0][0]);
+  if (exhausted_)
+    return;
+  columns_.back().push_back(norm);
+  take(answer, Mx, norm);
+}
+
+double InterfaceImpedance::alpha_limit() const {
+  constexpr double none = 2e6; // blood that yields more than any wall moves: as good as no limit
+  const std::size_t n = columns_.size();
+  dealii::LAPACKFullMatrix<double> hessenberg(n, n);
+  for (std::size_t j = 0; j < n; ++j)
+    for (std::size_t i = 0; i < std::min(n, columns_[j].size()); ++i)
+      hessenberg(i, j) = columns_[j][i];
+  hessenberg.compute_eigenvalues();
+  double largest = 2 / none;
+  for (std::size_t i = 0; i < n; ++i)
+    largest = std::max(largest, hessenberg.eigenvalue(i).real());
+  return 2 / largest;
 }
 
 Vector InterfaceImpedance::compliance(const Vector &f) {
   Vector w = problem_.space().make_vector(3), minus_f(f);
   minus_f *= -1;
   problem_.solve(w, minus_f);
+  w *= 1 / dt_;
   return w;
 }
 

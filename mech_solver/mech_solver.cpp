@@ -36,7 +36,7 @@ void MechSolver::couple(const CouplingParameters &coupling) {
   alpha_limit_.resize(interface_nodes_.size());
   pressure_correction_ = alpha_limit_;
   blood_velocity_.resize(3 * interface_nodes_.size());
-  unit_pressure_force_ = blood_velocity_;
+  probe_force_ = probe_velocity_ = unit_pressure_force_ = blood_velocity_;
 }
 
 void MechSolver::declare(bus::Declaration &bus) {
@@ -52,7 +52,12 @@ void MechSolver::declare(bus::Declaration &bus) {
   }
   if (impedance_) {
     bus.output("alpha_limit", "interface", 1, "kg/(m^2 s)", "n", alpha_limit_);
-    bus.task("impedance", [this](const bus::Step &step) { update_alpha_limit(step); });
+    bus.output("probe_force", "interface", 3, "N", "n", probe_force_);
+    bus.input("probe_velocity", "interface", 3, "m/s", probe_velocity_);
+    bus.task("begin_probe", [this](const bus::Step &step) { begin_probe(step); });
+    bus.task("probe", [this](const bus::Step &) { probe(); });
+    bus.task("end_probe", [this](const bus::Step &step) { end_probe(step); });
+    bus.scalar("alpha_limit", "kg/(m^2 s)", [this] { return limit_; });
   }
   if (impedance_ && coupling_.scheme == "EFS1-corrected") {
     bus.input("blood_velocity", "interface", 3, "m/s", blood_velocity_);
@@ -150,18 +155,24 @@ void MechSolver::show_motion(double dt) {
   wall_force_ = blood_force_;
 }
 
-void MechSolver::update_alpha_limit(const bus::Step &step) {
-  constexpr int interval = 100; // of steps, in which the impedance changes by some percent
-  if (limit_ > 0 && step.number % interval != 1)
-    return;
+void MechSolver::begin_probe(const bus::Step &step) {
   problem_.end_pressure = parameters_.end_pressure.at(step.time);
-  limit_ = 2 * impedance_->smallest(step.size / 2);
-  if (coupling_.iterates() && coupling_.iterations > 1)
-    limit_ = std::min(limit_, 2 * impedance_->smallest(step.size));
-  if (step.number == 0)
-    log_->info("the wall's impedance allows alpha up to {:.0f} kg/(m^2 s) (EFS1 and uniform motion alone: {:.0f})", limit_,
-               2 * impedance_->uniform(step.size / 2));
+  impedance_->begin(coupling_.repeats() ? step.size : step.size / 2);
+  to_interface(impedance_->force(), probe_force_);
+}
+
+void MechSolver::probe() {
+  fem::Vector blood_velocity = space_.make_vector(3);
+  for (std::size_t k = 0; k < probe_velocity_.size(); ++k)
+    blood_velocity.local_element(3 * interface_nodes_[k / 3] + k % 3) = probe_velocity_[k];
+  impedance_->add(blood_velocity);
+  to_interface(impedance_->force(), probe_force_);
+}
+
+void MechSolver::end_probe(const bus::Step &step) {
+  limit_ = impedance_->alpha_limit();
   alpha_limit_.assign(alpha_limit_.size(), limit_);
+  log_->info("t = {:.4f} s: alpha may be up to {:.0f} kg/(m^2 s)", step.time - step.size, limit_);
 }
 
 void MechSolver::correct(const bus::Step &step) {
@@ -233,10 +244,10 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
     problem_.d_nm1.sadd(step.size / step_size, 1 - step.size / step_size, problem_.d_n);
 
   // The limit of alpha depends on step and scheme.
-  double several = coupling_.iterates() && coupling_.iterations > 1, same = several;
+  double repeats = coupling_.repeats(), same = repeats;
   state.number("alpha_limit", limit_);
   state.number("alpha_limit_of_iterations", same);
-  if (step_size != step.size || same != several)
+  if (step_size != step.size || same != repeats)
     limit_ = 0;
 }
 

@@ -47,8 +47,11 @@ class MechSolver : public bus::Solver {
   std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
-  /// The limit of alpha, from the wall's impedance: at the start, and now and then since it stiffens and softens.
-  void update_alpha_limit(const bus::Step &step);
+  // The limit of alpha, now and then since the wall stiffens and softens: probe_force is for the blood, which answers
+  // with probe_velocity.
+  void begin_probe(const bus::Step &step);
+  void probe();
+  void end_probe(const bus::Step &step);
   /// The pressure pi that makes up for the step's volume defect (see docs/schemes.md): with the unit pressure's force b
   /// and w = A^{-1} b,    pi = b.(u - v) dt / (b.w),    d += pi w,    L += pi b.
   void correct(const bus::Step &step);
@@ -87,8 +90,9 @@ class MechSolver : public bus::Solver {
 
   CouplingParameters coupling_;
   std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it
-  double limit_ = 0; ///< of alpha, the last estimate; 0: none yet
-  std::vector<double> alpha_limit_, blood_velocity_, unit_pressure_force_, pressure_correction_;
+  double limit_ = 0;                            ///< of alpha, the last estimate; 0: none yet
+  std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
+  std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
   double correction_ = 0;         ///< pi of the last step, unless forgotten
   fem::Vector response_;          ///< w
   unsigned response_tangent_ = 0; ///< number of the tangent of w

@@ -29,11 +29,14 @@ struct CouplingParameters {
   std::string acceleration = "none";  ///< of the iterations: none, anderson
   double epsilon = 1e-5;              ///< of adaptive: share of the cavity's volume that a step may lose
   double alpha = 5000;                ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
-  bool automatic_alpha = false;       ///< in place of `alpha`: a share of the limit that the wall's impedance sets
+  bool automatic_alpha = false;       ///< in place of `alpha`: a share of the limit that wall and blood set
   int lookahead = 0;                  ///< steps by which those who receive nothing may run ahead
   double deadline = 300;              ///< longest wait for anybody [s]
   /// Whether blood and wall may be solved more than once in a step.
   bool iterates() const { return scheme == "E1FS" || scheme == "adaptive" || scheme == "by_phase"; }
+  /// Whether they are: then it is iterations that too large an alpha makes diverge, else motions that alternate from
+  /// step to step.
+  bool repeats() const { return iterates() && iterations > 1; }
   void describe(config::Section &section);
 };
 

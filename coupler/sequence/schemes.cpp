@@ -16,6 +16,9 @@ Node repeat(int times, const Nodes &body) { return {Node::Kind::repeat, "", "", 
 Node until(const std::string &who, const std::string &scalar, double limit, int at_most, const Nodes &body) {
   return {Node::Kind::until, who, "", "", scalar, at_most, body, limit};
 }
+Node every(int steps, const std::string &who, const std::string &scalar, const Nodes &body) {
+  return {Node::Kind::every, who, "", "", scalar, steps, body};
+}
 Node required(Node node) {
   node.required = true;
   return node;
@@ -25,25 +28,29 @@ Nodes operator+(Nodes first, const Nodes &second) {
   return first;
 }
 
-// Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest. The fluid is
-// told how large alpha may be.
+// Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest.
 Nodes start() {
-  return {order("mech", "inflate"),
-          order("mech", "impedance"),
-          transfer("displacement", "mech", "ale"),
-          solve("ale"),
-          transfer("mesh_motion", "ale", "fluid"),
-          transfer("alpha_limit", "mech", "fluid"),
-          order("fluid", "start")};
+  return {order("mech", "inflate"), transfer("displacement", "mech", "ale"), solve("ale"),
+          transfer("mesh_motion", "ale", "fluid"), order("fluid", "start")};
 }
 
 // What precedes fluid and wall in each step: the fluid's mesh moved by d^n (explicit geometry), electrophysiology,
-// active force and, when alpha follows the wall's impedance, that. The geometry does not need the other two: it stands
-// before them so that those who have cores of their own work at the same time; likewise the fluid is prepared.
+// active force and, now and then, how large alpha may be. The geometry does not need the other two: it stands before
+// them so that those who have cores of their own work at the same time; likewise the fluid is prepared.
 Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
-Nodes impedance() { return {order("mech", "impedance"), transfer("alpha_limit", "mech", "fluid")}; }
 Nodes geometry() {
   return {transfer("displacement", "mech", "ale"), solve("ale"), transfer("mesh_motion", "ale", "fluid")};
+}
+
+/// The limit of alpha, which changes by some percent in a hundred steps: the wall probes with one force after the other
+/// how it moves itself and how the blood yields, until it knows the most compliant motion
+/// (mech_solver/interface_impedance.h).
+Nodes limit() {
+  const Nodes one_force{transfer("probe_force", "mech", "fluid"), order("fluid", "probe"),
+                        transfer("probe_velocity", "fluid", "mech"), order("mech", "probe")};
+  return {every(100, "mech", "alpha_limit",
+                Nodes{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")}),
+          transfer("alpha_limit", "mech", "fluid")};
 }
 
 /// Once fluid and wall: the fluid with a Robin condition made of the wall's last velocity and force, the wall with the
@@ -137,10 +144,9 @@ Sequence make_sequence(const CouplingParameters &coupling) {
     return {coupling.scheme, merged_start(), E1FSinf()};
   if (coupling.scheme == "electromechanics")
     return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
-  const Nodes limit = coupling.automatic_alpha ? impedance() : Nodes{};
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          geometry() + activation() + limit + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
+          geometry() + activation() + limit() + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler

@@ -16,8 +16,9 @@ const bus::ParticipantInfo *find(const std::vector<bus::ParticipantInfo> &partic
 }
 
 bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
-  const bool repeats = node.kind == Node::Kind::repeat || node.kind == Node::Kind::until;
-  if (repeats && node.body.empty())
+  const bool has_body =
+      node.kind == Node::Kind::repeat || node.kind == Node::Kind::until || node.kind == Node::Kind::every;
+  if (has_body && node.body.empty())
     return false;
   if (node.kind == Node::Kind::repeat)
     return true;
@@ -47,7 +48,10 @@ void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions)
       }
     else if (node.kind == Node::Kind::until)
       write_out(node.body, iteration, actions);
-    else
+    else if (node.kind == Node::Kind::every) {
+      int its_own = 0;
+      write_out(node.body, its_own, actions);
+    } else
       actions.push_back({node, iteration});
 }
 
@@ -70,6 +74,8 @@ std::string to_text(const Node &node) {
   case Node::Kind::until:
     return "until " + node.field + " of " + node.participant + " < " + config::shortest(node.limit) + ", at most " +
            std::to_string(node.times) + " times (" + to_text(node.body) + ")";
+  case Node::Kind::every:
+    return "every " + std::to_string(node.times) + " steps (" + to_text(node.body) + ")";
   }
   return "";
 }
@@ -100,7 +106,7 @@ std::set<std::string> leaders(const Nodes &step) {
   for (const auto &[node, iteration] : written_out(step))
     leading.erase(node.receiver);
   for (const Node &node : step)
-    if (node.kind == Node::Kind::until)
+    if (node.kind == Node::Kind::until || node.kind == Node::Kind::every)
       for (const auto &[inner, iteration] : written_out(node.body))
         leading.erase(inner.participant);
   return leading;

@@ -13,15 +13,16 @@ namespace heartbus::coupler {
 /// One line of a coupling scheme.
 struct Node {
   /// until: the body is repeated until a scalar of a participant is below a limit. The coupler waits for it, hence this
-  /// may not stand within a repetition.
-  enum class Kind { prepare, solve, commit, task, transfer, repeat, until };
+  /// may not stand within a repetition. every: the body is done in one of so many steps, and while a scalar of a
+  /// participant is not known (zero).
+  enum class Kind { prepare, solve, commit, task, transfer, repeat, until, every };
   Kind kind = Kind::solve;
   std::string participant; ///< who acts, or who sends, or whose scalar it is
   std::string task;        ///< of Kind::task
   std::string receiver;    ///< of Kind::transfer
-  std::string field;       ///< of Kind::transfer; of Kind::until the scalar
-  int times = 1;           ///< of Kind::repeat, and at most of Kind::until
-  std::vector<Node> body;  ///< of Kind::repeat and Kind::until
+  std::string field;       ///< of Kind::transfer; of Kind::until and Kind::every the scalar
+  int times = 1;           ///< of Kind::repeat, at most of Kind::until; of Kind::every the number of steps
+  std::vector<Node> body;  ///< of Kind::repeat, Kind::until and Kind::every
   double limit = 0;        ///< of Kind::until
   bool required = false;   ///< of Kind::until: the run fails when the limit is not reached
 };
@@ -42,7 +43,7 @@ Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> 
 /// A node of the sequence with repetitions written out, those without a fixed number once.
 struct Action {
   Node node;
-  int iteration = 0; ///< of the innermost repetition; keeps its last value after it
+  int iteration = 0; ///< of the innermost repetition; keeps its last value after it, but for Kind::every
 };
 std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
 

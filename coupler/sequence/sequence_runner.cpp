@@ -17,6 +17,15 @@ bus::Command::Kind kind_of(const Node &node) {
                                           : Kind::commit;
 }
 
+double reported(const std::string &scalar, const bus::ParticipantInfo &participant, const bus::Report &report) {
+  const auto &scalars = participant.scalars;
+  const auto found = std::find_if(scalars.begin(), scalars.end(), [&](const auto &s) { return s.name == scalar; });
+  if (found == scalars.end())
+    throw Failure(ExitCode::handshake,
+                  "the scheme waits for '" + scalar + "', which '" + participant.name + "' does not report");
+  return report.scalars.at(found - scalars.begin());
+}
+
 } // namespace
 
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step) {
@@ -75,17 +84,25 @@ void SequenceRunner::order_leaders(const bus::Step &step) {
 /// What it asks of all others.
 void SequenceRunner::follow(bus::Step step) {
   const auto is_until = [](const Node &node) { return node.kind == Node::Kind::until; };
-  auto node = sequence_.step.begin();
-  while (node != sequence_.step.end()) {
-    const auto end = std::find_if(node, sequence_.step.end(), is_until);
+  Nodes due;
+  std::copy_if(sequence_.step.begin(), sequence_.step.end(), std::back_inserter(due),
+               [&](const Node &node) { return is_due(node, step); });
+  auto node = due.begin();
+  while (node != due.end()) {
+    const auto end = std::find_if(node, due.end(), is_until);
     order(Nodes(node, end), step);
     node = end;
-    if (node != sequence_.step.end())
+    if (node != due.end())
       repeat_until(*node++, step);
   }
   for (const auto &participant : coordinator_.participants())
     if (!leaders_.count(participant.name))
       coordinator_.order(participant.name, {bus::Command::Kind::report, "", -1, step});
+}
+
+bool SequenceRunner::is_due(const Node &node, const bus::Step &step) const {
+  return node.kind != Node::Kind::every || step.number % node.times == 1 ||
+         reported(node.field, coordinator_.participant(node.participant), last_reports_.at(node.participant)) == 0;
 }
 
 void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
@@ -95,11 +112,6 @@ void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
 }
 
 void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
-  const auto &scalars = coordinator_.participant(node.participant).scalars;
-  const auto scalar = std::find_if(scalars.begin(), scalars.end(), [&](const auto &s) { return s.name == node.field; });
-  if (scalar == scalars.end())
-    throw Failure(ExitCode::handshake,
-                  "the scheme waits for '" + node.field + "', which '" + node.participant + "' does not report");
   double value = 0;
   for (step.iteration = 0; step.iteration < node.times; ++step.iteration) {
     order(node.body, step);
@@ -107,7 +119,7 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
     coordinator_.flush();
     const bus::Report report = coordinator_.wait_report(node.participant);
     times_before_[node.participant] += report.times;
-    value = report.scalars[scalar - scalars.begin()];
+    value = reported(node.field, coordinator_.participant(node.participant), report);
     if (value < node.limit)
       return;
   }
@@ -143,6 +155,7 @@ SequenceRunner::Reports SequenceRunner::wait_reports() {
   for (const auto &[participant, times] : times_before_)
     reports[participant].times += times;
   times_before_.clear();
+  last_reports_ = reports;
   return reports;
 }
 

@@ -22,7 +22,7 @@ class SequenceRunner {
   /// Connects the routes that the sequence uses. Leaders are told of so many steps in advance.
   SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence, int lookahead);
 
-  using Reports = std::map<std::string, bus::Report>;
+  using Reports = std::map<std::string, bus::Report>; ///< by participant
   Reports start(const bus::Step &step);
   Reports step(const TimeControl &time, int number);
   /// All participants save or load their states at the end of this step.
@@ -35,6 +35,7 @@ class SequenceRunner {
 
  private:
   void connect(const Nodes &nodes);
+  bool is_due(const Node &node, const bus::Step &step) const;
   void order(const Nodes &nodes, const bus::Step &step);
   void order_leaders(const bus::Step &step);
   void follow(bus::Step step);
@@ -49,6 +50,7 @@ class SequenceRunner {
   int lookahead_, last_led_ = 0;                   ///< of steps; the last one that leaders have been told of
   std::set<std::string> leaders_;                  ///< only with look-ahead
   std::map<std::string, bus::Times> times_before_; ///< reported within the step
+  Reports last_reports_;
 };
 
 } // namespace heartbus::coupler

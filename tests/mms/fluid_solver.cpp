@@ -5,6 +5,7 @@
 #include "lonely_bus.h"
 #include "mpi_test_main.h"
 
+#include <numeric>
 #include <spdlog/sinks/ostream_sink.h>
 #include <sstream>
 
@@ -137,6 +138,88 @@ TEST(ALESolver, LiftsWhatTheBusBringsAndGuessesWellFromItsHistory) {
   for (std::size_t k = 0; k < motion.size(); ++k)
     outwards += k % 3 == 2 ? 0 : motion[k] * cavity[k];
   EXPECT_LT(sum(outwards), 0);
+}
+
+namespace {
+
+/// A box full of blood, 10 x 10 x 10 mm, behind an interface at its low end.
+struct Box {
+  std::ostringstream text;
+  fem::LagrangeSpace space;
+  fluid::FluidSolver solver;
+  LonelyBus bus;
+  bus::Step step{1, 0, 2e-4, 2e-4};
+
+  static geometry::Parameters shape() {
+    geometry::Parameters parameters;
+    parameters.shape = "piston";
+    return parameters;
+  }
+  static fluid::Parameters blood(bool closed) {
+    fluid::Parameters parameters;
+    parameters.no_slip = closed ? std::vector<std::string>{"z_high"} : std::vector<std::string>{};
+    parameters.slip = {"x_low", "x_high", "y_low", "y_high"};
+    return parameters;
+  }
+  explicit Box(bool closed, int iterations = 1)
+      : space(MPI_COMM_WORLD, geometry::make_fluid(shape())),
+        solver(space, blood(closed), 5000, 2e-4,
+               std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text))) {
+    CouplingParameters coupling;
+    coupling.scheme = "E1FS";
+    coupling.iterations = iterations;
+    solver.couple(coupling);
+    solver.declare(bus);
+  }
+  /// The nodal forces of a pressure p(x) = 1 + tilt x / (10 mm), as far as they are free.
+  std::vector<double> force(double tilt) const {
+    const auto stress = [tilt](const Point3 &x) { return -(1 + tilt * x[0] / 10e-3) * fem::identity<double>(); };
+    const fem::Vector nodal = interface_force(space, zero, stress);
+    const auto on = space.nodes_on("interface");
+    std::vector<double> values;
+    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+      for (unsigned i = 0; on[node] && i < 3; ++i)
+        values.push_back(i == 2 ? nodal.local_element(4 * node + i) : 0);
+    return values;
+  }
+  std::vector<double> velocity_under(const std::vector<double> &force) {
+    *bus.inputs.at("probe_force") = force;
+    bus.tasks.at("probe")(step);
+    ++step.iteration;
+    return *bus.outputs.at("probe_velocity");
+  }
+};
+
+double dot(const std::vector<double> &a, const std::vector<double> &b) {
+  return sum(std::inner_product(a.begin(), a.end(), b.begin(), 0.));
+}
+
+} // namespace
+
+TEST(FluidSolver, BloodInAnOpenBoxYieldsAsItsMassSays) {
+  // rho l (u - u^n)/dt = -p; when it alternates from step to step, u - u^n = 2 u.
+  for (const int iterations : {1, 2}) {
+    Box box(false, iterations);
+    const double mass = 1060 * 10e-3 * 1e-4, inertia = (iterations == 1 ? 2 : 1) * mass / 2e-4;
+    const std::vector<double> force = box.force(0), u = box.velocity_under(force);
+    EXPECT_NEAR(dot(force, u) * inertia, -1e-8, 1e-13) << "the force is 1 Pa times 1 cm^2";
+  }
+}
+
+TEST(FluidSolver, BloodInAClosedBoxYieldsToLocalMotionsOnly) {
+  Box closed(true);
+  const std::vector<double> uniform = closed.force(0), tilted = closed.force(1);
+  const std::vector<double> rests = closed.velocity_under(uniform), yields = closed.velocity_under(tilted);
+  EXPECT_LT(std::sqrt(dot(rests, rests)), 1e-4 * std::sqrt(dot(yields, yields)));
+  EXPECT_LT(dot(tilted, yields), 0);
+}
+
+TEST(FluidSolver, YieldingIsSymmetricAndAgainstTheForce) {
+  Box open(false);
+  const std::vector<double> f = open.force(0), g = open.force(1);
+  const std::vector<double> u = open.velocity_under(f), v = open.velocity_under(g);
+  EXPECT_LT(dot(g, v), 0);
+  EXPECT_NEAR(dot(f, v) / dot(g, u), 1, 0.02) << "but for the stabilisation";
 }
 
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }

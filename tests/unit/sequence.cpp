@@ -22,11 +22,12 @@ bus::ParticipantInfo participant(const std::string &name, const std::vector<std:
 
 std::vector<bus::ParticipantInfo> heart() {
   return {participant("ep", {"calcium"}, {}, {}),
-          participant("mech", {"displacement", "wall_velocity", "wall_force", "alpha_limit"}, {"calcium", "blood_force"},
-                      {"inflate", "impedance"}),
+          participant("mech", {"displacement", "wall_velocity", "wall_force", "probe_force", "alpha_limit"},
+                      {"calcium", "blood_force", "probe_velocity"}, {"inflate", "begin_probe", "probe", "end_probe"}),
           participant("ale", {"mesh_motion"}, {"displacement"}, {}),
-          participant("fluid", {"blood_force"}, {"mesh_motion", "wall_velocity", "wall_force", "alpha_limit"},
-                      {"start", "budget"})};
+          participant("fluid", {"blood_force", "probe_velocity"},
+                      {"mesh_motion", "wall_velocity", "wall_force", "probe_force", "alpha_limit"},
+                      {"start", "budget", "probe"})};
 }
 
 std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all, const std::string &name) {
@@ -105,6 +106,23 @@ TEST(Sequence, RepetitionsWithoutAFixedNumberAreReadAsOne) {
 TEST(Sequence, IterationsGoOnFromTheOneBefore) {
   const Nodes nodes{{Node::Kind::solve, "a", "", "", "", 1, {}}};
   EXPECT_EQ(commands(nodes, {}, {7, 3, 1.4e-3, 2e-4})[0].second.step.iteration, 3);
+}
+
+TEST(Sequence, TheLimitOfAlphaIsFoundNowAndThenAndDoesNotCountIterations) {
+  const Sequence sequence = scheme("EFS1");
+  EXPECT_NE(to_text(sequence).find("every 100 steps (begin_probe mech; 12 times (probe_force mech->fluid; probe fluid; "
+                                   "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
+            std::string::npos)
+      << to_text(sequence);
+  int probes = 0;
+  for (const auto &[node, iteration] : written_out(sequence.step)) {
+    if (node.task == "probe" && node.participant == "fluid") {
+      EXPECT_EQ(iteration, probes++);
+    } else if (node.kind == Node::Kind::solve) {
+      EXPECT_EQ(iteration, 0);
+    }
+  }
+  EXPECT_EQ(probes, 12);
 }
 
 TEST(Sequence, EveryTransferIsSentOnceAndReceivedOnce) {
