@@ -111,7 +111,6 @@ void Server::execute(const Command &command) {
 }
 
 void Server::prepare(const Step &step) {
-  const Stopwatch::Section section(commands_, "prepare");
   solver_.prepare_step(step);
   prepared_step_ = step.number;
   prepared_time_ = step.time;
@@ -122,8 +121,10 @@ bool Server::is_prepared(const Step &step) const {
 }
 
 void Server::solve(const Step &step) {
-  if (!is_prepared(step))
+  if (!is_prepared(step)) {
+    const Stopwatch::Section section(commands_, "prepare");
     prepare(step);
+  }
   solver_.solve_step(step);
 }
 
