@@ -17,7 +17,7 @@ struct Parameters {
   ValveRules valves;               ///< with p_MV and p_AV0
   double backflow = 1;             ///< beta of the stabilisation of inflow through open boundaries
   std::vector<std::string> no_slip{"base"}, slip;
-  double tolerance = 1e-9; ///< of the linear solver, relative to all loads
+  double tolerance = 1e-7; ///< of the linear solver, relative to all loads
   std::string preconditioner = "ilu";
   void describe(config::Section &section);
 };
