@@ -24,6 +24,10 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
     mitral_ = &problem_.add_orifice("mitral", parameters.valves.mitral_pressure, 0);
     aortic_ = &problem_.add_orifice("aortic", parameters.valves.aortic_pressure, parameters.aortic_resistance);
   }
+  if (!parameters.inlet.label.empty()) {
+    inlet_ = &problem_.add_orifice(parameters.inlet.label, 0, 0);
+    inlet_->open = true;
+  }
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     if (on[node])
@@ -143,6 +147,8 @@ void FluidSolver::prepare_step(const bus::Step &step) {
   choose_alpha();
   if (valves_)
     switch_valves(step.time - step.size);
+  if (inlet_)
+    inlet_->pressure = parameters_.inlet.at(step.time);
   Vector motion = space_.make_vector(3);
   std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
   problem_.prepare(motion);
@@ -185,12 +191,12 @@ void FluidSolver::correct() { problem_.add_pressure(uniform_value(pressure_corre
 
 void FluidSolver::budget(const Vector &wall_velocity) { budget_ = problem_.budget(wall_velocity); }
 
-bool FluidSolver::isovolumetric() const { return !valves_ || !(mitral_->open || aortic_->open); }
+bool FluidSolver::isovolumetric() const { return !inlet_ && (!valves_ || !(mitral_->open || aortic_->open)); }
 
 void FluidSolver::refuse_instability(const bus::Step &step) {
-  if (!watch_.add(budget_.disagreement))
-    return;
   const double alpha = problem_.alpha(), limit = uniform_value(alpha_limit_); // 0: not estimated since a restart
+  if (!watch_.add(budget_.disagreement, budget_.datum_residual, limit > 0 && alpha > 10 * limit))
+    return;
   throw Failure(
       ExitCode::not_converged,
       fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "

@@ -71,7 +71,7 @@ class FluidSolver : public bus::Solver {
   NavierStokesProblem problem_;
   double dt_;
   std::optional<Valves> valves_;
-  Orifice *mitral_ = nullptr, *aortic_ = nullptr;
+  Orifice *mitral_ = nullptr, *aortic_ = nullptr, *inlet_ = nullptr;
   double mitral_flow_ = 0, aortic_flow_ = 0; ///< into and out of the ventricle [m^3/s]
 
   std::vector<unsigned> interface_nodes_; ///< owned

@@ -129,6 +129,8 @@ void NavierStokesProblem::update_constraints() {
     fem::fix_vector(space_, 4, label, constrained_);
   for (const auto &label : parameters_.slip)
     fem::fix_normal(space_, 4, label, constrained_);
+  for (const auto &label : parameters_.clamped_rims)
+    fem::fix_rim(space_, 4, label, "interface", constrained_);
   for (const auto &orifice : orifices_)
     if (!orifice->open)
       fem::fix_vector(space_, 4, orifice->label, constrained_);

@@ -18,7 +18,7 @@
 
 namespace heartbus::fluid {
 
-/// A part of the boundary that is a wall or, when open, carries sigma n = -(p + R int u.n) n: the valves.
+/// A part of the boundary that is a wall or, when open, carries sigma n = -(p + R int u.n) n: valves, and the inlet.
 struct Orifice {
   Orifice(const fem::LagrangeSpace &space, const std::string &label, double pressure, double resistance)
       : label(label), pressure(pressure), resistance(resistance), surface(space, label) {}
@@ -51,7 +51,7 @@ class NavierStokesProblem {
   /// Without an old state, u^n = 0: the operator of motions that alternate from step to step, u^n = -u^{n+1}.
   void take_alternating_motion() { inertia_ = 2; }
 
-  /// Adds a valve; closed at first.
+  /// Adds a valve or an opening; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
 
   /// u = 0, p = p0 on the mesh moved by `motion` (three components a node), which is taken as the old motion as well.

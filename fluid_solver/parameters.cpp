@@ -1,9 +1,21 @@
 #include "fluid_solver/parameters.h"
 
+#include <algorithm>
+
 namespace heartbus::fluid {
 
 using config::non_negative;
 using config::positive;
+
+/// A step that ends with the pulse belongs to it, whatever the round-off.
+double InletParameters::at(double time) const { return time < duration * (1 + 1e-9) ? pressure : 0; }
+
+void InletParameters::describe(config::Section &s) {
+  s.text("label", label, "boundary part through which it comes; empty: none");
+  s.quantity("pressure", pressure, "Pa", config::any,
+             "on the blood while it lasts; afterwards 0 Pa, as on all boundaries without a condition");
+  s.quantity("duration", duration, "s", non_negative, "time from the start");
+}
 
 void Parameters::describe(config::Section &s) {
   s.quantity("density", density, "kg/m^3", positive, "density of blood");
@@ -11,6 +23,9 @@ void Parameters::describe(config::Section &s) {
   s.quantity("initial_pressure", initial_pressure, "Pa", config::any, "pressure at the start");
   s.texts("no_slip", no_slip, "boundary labels where the blood is at rest; closed valves join them");
   s.texts("slip", slip, "flat boundary labels, each normal to a coordinate axis, along which the blood slides");
+  s.texts("clamped_rims", clamped_rims,
+          "open boundary labels where the wall is clamped: blood is at rest where they meet the interface");
+  inlet.describe(s.section("inlet", "an opening with a pulse of pressure"));
   s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", config::any, "atrial pressure at the open mitral valve");
   s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", config::any, "pressure of the aorta without flow");
   s.quantity("aortic_resistance", aortic_resistance, "kg/(s m^4)", non_negative,
@@ -19,11 +34,14 @@ void Parameters::describe(config::Section &s) {
   s.quantity("valve_blanking", valves.blanking, "s", non_negative, "time after a switch without another one");
   s.quantity("mitral_guard", valves.mitral_guard, "s", non_negative,
              "time from the start during which the mitral valve stays closed");
-  s.number("backflow", backflow, config::between(0, 1), 
-           "share of its kinetic energy that inflow through an open valve has to bring along; 1: the pressure outside is "
-           "that of blood at rest, and energy is bounded; 0: inflow is pushed for free");
+  s.number(
+      "backflow", backflow, config::between(0, 1),
+      "share of its kinetic energy that inflow through an open valve has to bring along; 1: the pressure outside is "
+      "that of blood at rest, and energy is bounded; 0: inflow is pushed for free");
   s.number("tolerance", tolerance, config::between(1e-14, 1e-2), "of the linear solver, relative to the loads");
   s.choice("preconditioner", preconditioner, {"ilu", "simplec"}, "of the linear solver");
+  if (std::count(no_slip.begin(), no_slip.end(), inlet.label))
+    s.fail("inlet", "no pulse comes through '" + inlet.label + "', which is in 'no_slip'");
 }
 
 } // namespace heartbus::fluid

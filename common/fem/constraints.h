@@ -15,12 +15,16 @@ using Constraints = std::vector<std::uint8_t>;
 /// Constrains the vector at every node of the label.
 void fix_vector(const LagrangeSpace &space, unsigned components, const std::string &label, Constraints &constrained);
 
+/// Constrains the vector where two labels meet.
+void fix_rim(const LagrangeSpace &space, unsigned components, const std::string &label, const std::string &other,
+             Constraints &constrained);
+
 /// Constrains the normal component at every node of the label, which must be flat and normal to a coordinate axis:
 /// Failure(scene) otherwise. Collective.
 void fix_normal(const LagrangeSpace &space, unsigned components, const std::string &label, Constraints &constrained);
 
-/// Throws Failure(not_finite) on every rank, naming the centre of the worst cell, when `smallest_J` (this rank's smallest
-/// det F, found in `slot`) is not positive on some rank. Collective.
+/// Throws Failure(not_finite) on every rank, naming the centre of the worst cell, when `smallest_J` (this rank's
+/// smallest det F, found in `slot`) is not positive on some rank. Collective.
 void refuse_inverted_cells(const LagrangeSpace &space, double smallest_J, unsigned slot, const std::string &what);
 
 } // namespace heartbus::fem

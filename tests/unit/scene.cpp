@@ -77,6 +77,16 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
 }
 
+TEST(Scene, APulseNeedsAnOpening) {
+  const fluid::InletParameters pulse{"inlet", 1333, 3e-3};
+  EXPECT_EQ(pulse.at(1e-4), 1333);
+  EXPECT_EQ(pulse.at(30 * 1e-4), 1333);
+  EXPECT_EQ(pulse.at(31 * 1e-4), 0);
+  EXPECT_NE(complaint("fluid: {inlet: {label: base}}").find("no pulse comes through 'base'"), std::string::npos);
+  EXPECT_NE(complaint("fluid: {inlet: {label: inlet, pressure: 10 ms}}").find("key 'fluid.inlet.pressure'"),
+            std::string::npos);
+}
+
 TEST(Scene, FieldsAreDueAtMultiplesOfTheirInterval) {
   OutputParameters output;
   output.every = 1e-3;
