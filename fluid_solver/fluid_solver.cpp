@@ -38,6 +38,8 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
 
 void FluidSolver::couple(const CouplingParameters &coupling) {
   coupling_ = coupling;
+  if (coupling.automatic_alpha)
+    problem_.set_alpha(0); // until it is known
   alpha_limit_.resize(interface_nodes_.size());
   pressure_correction_ = alpha_limit_;
   blood_velocity_.resize(3 * interface_nodes_.size());
@@ -112,7 +114,7 @@ double FluidSolver::uniform_value(const std::vector<double> &values) const {
   return dealii::Utilities::MPI::max(here ? values[0] : none, space_.communicator());
 }
 
-/// Eight tenths of the limit: it is estimated for a closed cavity, and the wall softens until the next estimate.
+/// Eight tenths of the limit, which falls by up to 15 % until the next estimate when the ventricle begins to contract.
 void FluidSolver::choose_alpha() {
   if (coupling_ && coupling_->automatic_alpha)
     problem_.set_alpha(0.8 * uniform_value(alpha_limit_));
@@ -121,7 +123,7 @@ void FluidSolver::choose_alpha() {
 void FluidSolver::begin_probe() {
   Parameters parameters = parameters_;
   parameters.initial_pressure = 0;
-  parameters.tolerance = std::max(parameters.tolerance, 1e-6);
+  parameters.tolerance = std::max(parameters.tolerance, 1e-4);
   blood_at_rest_ = std::make_unique<NavierStokesProblem>(space_, parameters, 0, dt_);
   if (!coupling_->repeats())
     blood_at_rest_->take_alternating_motion();
@@ -202,7 +204,7 @@ void FluidSolver::refuse_instability(const bus::Step &step) {
       fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
                   "step to step; coupling.alpha is {:.0f} kg/(m^2 s){}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
                   step.time, budget_.disagreement, alpha,
-                  limit > 0 ? fmt::format(", the wall's impedance allows {:.0f}", limit) : "",
+                  limit > 0 ? fmt::format(", wall and blood allow {:.0f}", limit) : "",
                   limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha,
                   coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
 }

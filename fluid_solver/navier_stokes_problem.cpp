@@ -234,8 +234,7 @@ void NavierStokesProblem::add_surface_terms() {
     orifice->flux = orifice->surface.flux_functional();
     if (!orifice->open)
       continue;
-    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (Moghadam et al.,
-    // doi:10.1007/s00466-011-0599-0).
+    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (doi:10.1007/s00466-011-0599-0, Moghadam).
     std::vector<double> backflow = orifice->surface.fluxes(x_n_);
     for (double &flux : backflow)
       flux *= flux < 0 ? -parameters_.backflow * parameters_.density / 2 : 0;

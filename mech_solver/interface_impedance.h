@@ -41,7 +41,7 @@ class InterfaceImpedance {
   ElasticityProblem &problem_;
   FollowerPressure surface_;
   double dt_ = 0;
-  bool exhausted_ = false; ///< there are no more directions
+  bool exhausted_ = false;                    ///< there are no more directions
   std::vector<fem::Vector> motions_, forces_; ///< x_i, orthonormal in M_S, and M_S x_i
   std::vector<std::vector<double>> columns_;  ///< of the Hessenberg matrix
 };

@@ -42,15 +42,14 @@ Nodes geometry() {
   return {transfer("displacement", "mech", "ale"), solve("ale"), transfer("mesh_motion", "ale", "fluid")};
 }
 
-/// The limit of alpha, which changes by some percent in a hundred steps: the wall probes with one force after the other
-/// how it moves itself and how the blood yields, until it knows the most compliant motion
-/// (mech_solver/interface_impedance.h).
-Nodes limit() {
+/// The limit of alpha, which changes by some percent in a hundred steps (a fixed alpha only compares itself with it):
+/// the wall probes with one force after the other how it moves itself and how the blood yields, until it knows the most
+/// compliant motion (mech_solver/interface_impedance.h).
+Nodes limit(bool is_followed) {
   const Nodes one_force{transfer("probe_force", "mech", "fluid"), order("fluid", "probe"),
                         transfer("probe_velocity", "fluid", "mech"), order("mech", "probe")};
-  return {every(100, "mech", "alpha_limit",
-                Nodes{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")}),
-          transfer("alpha_limit", "mech", "fluid")};
+  const Nodes estimate{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")};
+  return {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), transfer("alpha_limit", "mech", "fluid")};
 }
 
 /// Once fluid and wall: the fluid with a Robin condition made of the wall's last velocity and force, the wall with the
@@ -146,7 +145,8 @@ Sequence make_sequence(const CouplingParameters &coupling) {
     return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          geometry() + activation() + limit() + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
+          geometry() + activation() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} +
+              interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler

@@ -110,9 +110,10 @@ TEST(Sequence, IterationsGoOnFromTheOneBefore) {
 
 TEST(Sequence, TheLimitOfAlphaIsFoundNowAndThenAndDoesNotCountIterations) {
   const Sequence sequence = scheme("EFS1");
-  EXPECT_NE(to_text(sequence).find("every 100 steps (begin_probe mech; 12 times (probe_force mech->fluid; probe fluid; "
-                                   "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
-            std::string::npos)
+  EXPECT_NE(
+      to_text(sequence).find("every 1000 steps (begin_probe mech; 12 times (probe_force mech->fluid; probe fluid; "
+                             "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
+      std::string::npos)
       << to_text(sequence);
   int probes = 0;
   for (const auto &[node, iteration] : written_out(sequence.step)) {
