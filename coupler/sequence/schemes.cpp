@@ -34,9 +34,8 @@ Nodes start() {
           transfer("mesh_motion", "ale", "fluid"), order("fluid", "start")};
 }
 
-// What precedes fluid and wall in each step: the fluid's mesh moved by d^n (explicit geometry), electrophysiology,
-// active force and, now and then, how large alpha may be. The geometry does not need the other two: it stands before
-// them so that those who have cores of their own work at the same time; likewise the fluid is prepared.
+// What precedes fluid and wall in each step: electrophysiology, active force, the fluid's mesh moved by d^n (explicit
+// geometry) and, now and then, how large alpha may be.
 Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
 Nodes geometry() {
   return {transfer("displacement", "mech", "ale"), solve("ale"), transfer("mesh_motion", "ale", "fluid")};
@@ -107,10 +106,10 @@ Nodes merged_start() {
 /// E1FS-infinity: the geometry is that of d^n as before, but blood and wall are solved at once.
 Nodes E1FSinf() {
   return {
-      transfer("displacement", "fsi", "ale"),
-      solve("ale"),
       solve("ep"),
       transfer("calcium", "ep", "fsi"),
+      transfer("displacement", "fsi", "ale"),
+      solve("ale"),
       transfer("mesh_motion", "ale", "fsi"),
       solve("fsi"),
       commit("ep"),
@@ -143,10 +142,14 @@ Sequence make_sequence(const CouplingParameters &coupling) {
     return {coupling.scheme, merged_start(), E1FSinf()};
   if (coupling.scheme == "electromechanics")
     return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
+  // Lifting and the fluid's assembly need neither calcium nor tension. On cores of their own they go first, beside
+  // electrophysiology; on shared ones, where two solvers at a time are slower than one after the other, they take
+  // turns.
+  const bool own_cores = coupling.lookahead > 0;
+  const Nodes before = own_cores ? geometry() + activation() : activation() + geometry();
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          geometry() + activation() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} +
-              interaction(coupling) + commit()};
+          before + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler
