@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Pictures of a run from its fields: fibres, electric potential, blood flow and pressure, deformation.
 
     tools/pictures.py results/ideal_lv_efs1 [--times 30 60 100 300] [--out FOLDER]

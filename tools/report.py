@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Plots of a run: pressure-volume loop, volume and pressure, flows, balance of volume at the wall.
 
     tools/report.py results/ideal_lv_efs1 [--compare results/ideal_lv_e1fs2 ...] [--out FOLDER]
