@@ -18,6 +18,7 @@ TIGHT = ["electrophysiology.tolerance=1e-12", "mechanics.solver.residual_toleran
          "lifting.tolerance=1e-12", "fluid.tolerance=1e-12"]
 # Counts of iterations depend on the partition, since the preconditioners do.
 COUNTS = ("iterations", "residual")
+ESTIMATE = 1e-4  # of alpha_limit: what its linear solves leave, which no other column depends on while alpha is fixed
 
 
 def beat(folder, ranks):
@@ -58,7 +59,7 @@ class Heartbeat(unittest.TestCase):
             difference = np.nanmax(np.abs(one[:n] - two[:n]), initial=0)
             finite = one[np.isfinite(one)]
             scale = np.ptp(finite) or np.max(np.abs(finite))  # the activation time is known once, then constant
-            self.assertLessEqual(difference, 1e-6 * scale, column)
+            self.assertLessEqual(difference, (ESTIMATE if "alpha_limit" in column else 1e-6) * scale, column)
 
     def test_indicators_and_phases_do_not_depend_on_the_ranks(self):
         one, two = self.indicators[1], self.indicators[2]
