@@ -41,8 +41,8 @@ struct Parameters {
   std::string initial_state = "limit_cycle";
   ConductivityParameters conductivity;
   StimulusParameters stimulus;
-  double tolerance = 1e-8;
-  std::string preconditioner = "ic"; ///< measured cheapest: 3 iterations where jacobi takes 28 and amg 10
+  double tolerance = 1e-6;
+  std::string preconditioner = "ilu"; ///< measured cheapest: 3 iterations where jacobi takes 28 and amg 10
   void describe(config::Section &section);
 };
 

@@ -58,7 +58,7 @@ void SolverParameters::describe(config::Section &s) {
   s.number("update_tolerance", update_tolerance, {1e-14, 1}, "of Newton's last update, relative to the smallest cell");
   s.number("linear_tolerance", linear_tolerance, {1e-14, 0.5}, "of the linear solver, relative to the residual");
   s.integer("max_iterations", max_iterations, {1, 1000}, "of Newton");
-  s.choice("preconditioner", preconditioner, {"jacobi", "ic", "ilu", "amg"}, "of the dynamic systems");
+  s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of the dynamic systems");
 }
 
 void Parameters::describe(config::Section &s) {

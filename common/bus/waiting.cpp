@@ -19,6 +19,7 @@ using namespace std::chrono;
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
 constexpr double share_slept = 0.5;     ///< of the shorter of the last two waits
+constexpr int naps_of_a_wait = 50;      ///< a long wait ends late by 1 % of itself
 
 } // namespace
 
@@ -42,7 +43,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       std::this_thread::sleep_for(std::min<nanoseconds>(duration_cast<nanoseconds>(expected) - waited, longest_nap));
     else {
       std::this_thread::sleep_for(pause);
-      pause = std::min<nanoseconds>(2 * pause, longest_pause);
+      pause = std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, waited / naps_of_a_wait), longest_nap});
     }
   }
   if (habit)

@@ -2,8 +2,13 @@
 
 #include "common/bus/failure.h"
 
+#include <Epetra_CrsMatrix.h>
+#include <Epetra_Import.h>
+#include <Epetra_Map.h>
+
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace heartbus::fem {
 namespace {
@@ -41,11 +46,74 @@ Block<b> inverse(Block<b> a) {
   return a;
 }
 
+/// The blocks between local nodes, row after row: those of the owned nodes, then those of the ghosts.
+template <unsigned b>
+class BlockRows {
+ public:
+  explicit BlockRows(const NodalMatrix &matrix) : matrix_(matrix), local_numbers_(*matrix.space().partitioner(1)) {
+    begin.reserve(matrix.space().n_local_nodes() + 1);
+    begin.push_back(0);
+    add_owned_rows();
+    add_ghost_rows();
+  }
+
+  std::vector<int> begin, columns; ///< columns of a row: local nodes, sorted
+  std::vector<Block<b>> blocks;
+
+ private:
+  void add_owned_rows() {
+    const int *row_begin = matrix_.row_begin(), *column_nodes = matrix_.column_nodes();
+    for (int row = 0; row < matrix_.n_rows(); row += b) {
+      for (int k = row_begin[row]; k < row_begin[row + 1]; k += b) {
+        Block<b> &block = row_[*column_nodes++];
+        for (unsigned i = 0; i < b; ++i)
+          std::copy_n(matrix_.values() + row_begin[row + i] + (k - row_begin[row]), b, &block[b * i]);
+      }
+      finish_row();
+    }
+  }
+
+  /// They come from their owners; of their blocks, those count whose column is here, too.
+  void add_ghost_rows() {
+    const LagrangeSpace &space = matrix_.space();
+    const Epetra_CrsMatrix &owned = matrix_.trilinos().trilinos_matrix();
+    std::vector<int> dofs;
+    for (unsigned node = space.n_owned_nodes(); node < space.n_local_nodes(); ++node)
+      for (unsigned i = 0; i < b; ++i)
+        dofs.push_back(int(space.global_node(node) * b + i));
+    const Epetra_Map ghosts(-1, int(dofs.size()), dofs.data(), 0, owned.Comm());
+    Epetra_CrsMatrix rows(Copy, ghosts, 0);
+    rows.Import(owned, Epetra_Import(ghosts, owned.RowMap()), Insert);
+    for (const int dof : dofs) {
+      int n, *dofs_of_row;
+      double *values;
+      rows.ExtractGlobalRowView(dof, n, values, dofs_of_row);
+      for (int k = 0; k < n; ++k)
+        if (const unsigned node = unsigned(dofs_of_row[k]) / b; local_numbers_.in_local_range(node) || local_numbers_.is_ghost_entry(node))
+          row_[local_numbers_.global_to_local(node)][b * (dof % b) + dofs_of_row[k] % b] = values[k];
+      if (dof % b == b - 1)
+        finish_row();
+    }
+  }
+
+  void finish_row() {
+    for (const auto &[column, block] : row_) {
+      columns.push_back(column);
+      blocks.push_back(block);
+    }
+    begin.push_back(int(columns.size()));
+    row_.clear();
+  }
+
+  const NodalMatrix &matrix_;
+  const dealii::Utilities::MPI::Partitioner &local_numbers_;
+  std::map<int, Block<b>> row_; ///< that is being gathered: block of each column
+};
+
 } // namespace
 
-BlockILU::BlockILU(const NodalMatrix &matrix) : components_(matrix.components()) {
-  copy_pattern(matrix);
-  work_.resize(column_length(components_) * diagonal_.size());
+BlockILU::BlockILU(const NodalMatrix &matrix)
+    : components_(matrix.components()), n_owned_(matrix.n_rows() / int(components_)) {
   if (components_ == 1)
     factorise<1>(matrix);
   else if (components_ == 3)
@@ -54,32 +122,18 @@ BlockILU::BlockILU(const NodalMatrix &matrix) : components_(matrix.components())
     factorise<4>(matrix);
 }
 
-/// The blocks between owned nodes. The rows of a node have one pattern, and owned columns come first in it.
-void BlockILU::copy_pattern(const NodalMatrix &matrix) {
-  const int b = int(components_);
-  begin_.push_back(0);
-  for (int node = 0; node < matrix.n_rows() / b; ++node) {
-    for (int k = matrix.row_begin()[b * node]; k < matrix.row_begin()[b * node + 1]; k += b)
-      if (const int column = matrix.columns()[k]; column < matrix.n_rows()) {
-        if (column / b == node)
-          diagonal_.push_back(int(columns_.size()));
-        columns_.push_back(column / b);
-      }
-    begin_.push_back(int(columns_.size()));
-  }
-}
-
 template <unsigned b>
 void BlockILU::factorise(const NodalMatrix &matrix) {
-  std::vector<Block<b>> blocks(columns_.size());
-  const int n = int(diagonal_.size());
+  BlockRows<b> rows(matrix);
+  begin_ = std::move(rows.begin);
+  columns_ = std::move(rows.columns);
+  auto &blocks = rows.blocks;
+  const int n = int(begin_.size()) - 1;
   std::vector<int> position(n, -1); // of the blocks of the current row
   for (int i = 0; i < n; ++i) {
-    for (int k = begin_[i]; k < begin_[i + 1]; ++k) {
+    for (int k = begin_[i]; k < begin_[i + 1]; ++k)
       position[columns_[k]] = k;
-      for (unsigned row = 0; row < b; ++row)
-        std::copy_n(matrix.values() + matrix.row_begin()[b * i + row] + b * (k - begin_[i]), b, &blocks[k][b * row]);
-    }
+    diagonal_.push_back(position[i]);
     for (int k = begin_[i]; k < diagonal_[i]; ++k) {
       const int pivot_row = columns_[k];
       Block<b> L{};
@@ -96,6 +150,7 @@ void BlockILU::factorise(const NodalMatrix &matrix) {
       position[columns_[k]] = -1;
   }
   constexpr unsigned length = column_length(b);
+  work_.resize(length * std::size_t(n));
   factors_.assign(b * length * blocks.size(), 0);
   for (std::size_t k = 0; k < blocks.size(); ++k)
     for (unsigned i = 0; i < b; ++i)
@@ -104,8 +159,12 @@ void BlockILU::factorise(const NodalMatrix &matrix) {
 }
 
 void BlockILU::vmult(Vector &y, const Vector &x) const {
+  const bool had_ghosts = x.has_ghost_elements();
+  x.update_ghost_values();
   solve_block_ilu({components_, int(diagonal_.size()), begin_.data(), diagonal_.data(), columns_.data(), factors_.data()},
-                  x.begin(), y.begin(), work_.data());
+                  n_owned_, x.begin(), y.begin(), work_.data());
+  if (!had_ghosts)
+    x.zero_out_ghost_values();
 }
 
 } // namespace heartbus::fem

@@ -15,7 +15,7 @@ struct BlockFactors {
 /// Numbers a column of a block and a row of the work vector take: that of a vector register.
 constexpr unsigned column_length(unsigned b) { return b == 1 ? 1 : 4; }
 
-/// y = U^-1 L^-1 x; b numbers a row. `work` holds column_length(b) numbers a row.
-void solve_block_ilu(const BlockFactors &ilu, const double *x, double *y, double *work);
+/// y = U^-1 L^-1 x, of which the first n_kept rows are written; b numbers a row. `work` holds column_length(b) numbers a row.
+void solve_block_ilu(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
 
 } // namespace heartbus::fem

@@ -1,6 +1,7 @@
 #include "common/fem/block_product_kernel.h"
 
 #include "common/fem/lanes.h"
+#include "common/fem/sparse_dot.h"
 
 namespace heartbus::fem {
 namespace {
@@ -27,6 +28,13 @@ HEARTBUS_INLINE void multiply_blocks(const BlockRows &A, const double *x, double
       y[b * i + r] = total;
     }
   }
+}
+
+template <>
+HEARTBUS_INLINE void multiply_blocks<1>(const BlockRows &A, const double *x, double *y) {
+  for (int i = 0; i < A.n_nodes; ++i)
+    y[i] = sparse_dot(A.values + A.row_begin[i], A.block_columns + A.block_begin[i], A.block_begin[i + 1] - A.block_begin[i],
+                      x);
 }
 
 /// Four numbers of a block's row, anywhere in an array.

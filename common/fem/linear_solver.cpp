@@ -15,17 +15,15 @@ namespace heartbus::fem {
 
 namespace {
 
-/// Wraps one of Trilinos' preconditioners.
-template <class Trilinos>
-class TrilinosPreconditioner : public Preconditioner {
+using MultigridData = dealii::TrilinosWrappers::PreconditionAMG::AdditionalData;
+
+class Multigrid : public Preconditioner {
  public:
-  TrilinosPreconditioner(const NodalMatrix &matrix, const typename Trilinos::AdditionalData &data) {
-    preconditioner_.initialize(matrix.trilinos(), data);
-  }
+  Multigrid(const NodalMatrix &matrix, const MultigridData &data) { preconditioner_.initialize(matrix.trilinos(), data); }
   void vmult(Vector &y, const Vector &x) const override { preconditioner_.vmult(y, x); }
 
  private:
-  Trilinos preconditioner_;
+  dealii::TrilinosWrappers::PreconditionAMG preconditioner_;
 };
 
 class Jacobi : public Preconditioner {
@@ -46,7 +44,7 @@ class Jacobi : public Preconditioner {
 
 std::unique_ptr<Preconditioner> make_amg(const NodalMatrix &matrix) {
   const unsigned c = matrix.components();
-  dealii::TrilinosWrappers::PreconditionAMG::AdditionalData data;
+  MultigridData data;
   data.elliptic = true;
   data.aggregation_threshold = 1e-4;
   data.smoother_sweeps = 2;
@@ -54,22 +52,19 @@ std::unique_ptr<Preconditioner> make_amg(const NodalMatrix &matrix) {
   data.constant_modes.assign(c, std::vector<bool>(matrix.n_rows(), false));
   for (int row = 0; row < matrix.n_rows(); ++row)
     data.constant_modes[row % c][row] = true;
-  return std::make_unique<TrilinosPreconditioner<dealii::TrilinosWrappers::PreconditionAMG>>(matrix, data);
+  return std::make_unique<Multigrid>(matrix, data);
 }
 
 } // namespace
 
 std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix) {
-  using namespace dealii::TrilinosWrappers;
   if (kind == "jacobi")
     return std::make_unique<Jacobi>(matrix);
   if (kind == "ilu")
     return std::make_unique<BlockILU>(matrix);
-  if (kind == "ic")
-    return std::make_unique<TrilinosPreconditioner<PreconditionIC>>(matrix, PreconditionIC::AdditionalData());
   if (kind == "amg")
     return make_amg(matrix);
-  throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, ic, amg");
+  throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, amg");
 }
 
 namespace {
@@ -91,8 +86,8 @@ LinearStatistics solve(const std::string &what, const std::string &method, const
   }
   dealii::SolverControl control(max_iterations, tolerance * norm);
   try {
-    if (method == "cg")
-      dealii::SolverCG<Vector>(control).solve(A, x, b, preconditioner);
+    if (method == "cg") // flexible: the factorisation is not symmetric on several ranks
+      dealii::SolverFlexibleCG<Vector>(control).solve(A, x, b, preconditioner);
     else
       // Right preconditioning: the residual that is tested is the true one.
       dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(80, true))

@@ -53,6 +53,8 @@ class NodalMatrix {
   int n_rows() const { return n_rows_; }
   const int *row_begin() const { return row_begin_; }
   const int *columns() const { return columns_; } ///< Trilinos' local column numbers
+  /// The local node of the column of each block, in the order of the first rows of the nodes.
+  const int *column_nodes() const { return block_columns_.data(); }
   double *values() { return values_; }
   const double *values() const { return values_; }
 
