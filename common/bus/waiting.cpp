@@ -18,8 +18,8 @@ using namespace std::chrono;
 
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
-constexpr double share_slept = 0.5;     ///< of the shorter of the last two waits
-constexpr int naps_of_a_wait = 50;      ///< a long wait ends late by 1 % of itself
+constexpr double share_slept = 0.75;    ///< of the shorter of the last two waits
+constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
 
 } // namespace
 
@@ -31,7 +31,8 @@ Waiting::Waiting(std::function<void()> poll) : poll_(std::move(poll)) {
 
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  const duration<double> expected(habit ? share_slept * std::min(habit->last, habit->before) : 0);
+  const auto expected =
+      duration_cast<nanoseconds>(duration<double>(habit ? share_slept * std::min(habit->last, habit->before) : 0));
   nanoseconds pause = shortest_pause, waited(0);
   for (; !done(); waited = steady_clock::now() - start) {
     poll_();
@@ -40,10 +41,11 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
     if (waited < spin)
       sched_yield();
     else if (waited < expected)
-      std::this_thread::sleep_for(std::min<nanoseconds>(duration_cast<nanoseconds>(expected) - waited, longest_nap));
+      std::this_thread::sleep_for(std::min<nanoseconds>(expected - waited, longest_nap));
     else {
+      const nanoseconds overdue = waited - expected;
       std::this_thread::sleep_for(pause);
-      pause = std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, waited / naps_of_a_wait), longest_nap});
+      pause = std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, overdue / naps_of_a_wait), longest_nap});
     }
   }
   if (habit)

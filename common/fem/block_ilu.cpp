@@ -6,9 +6,10 @@
 #include <Epetra_Import.h>
 #include <Epetra_Map.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <utility>
 
 namespace heartbus::fem {
 namespace {
@@ -48,9 +49,9 @@ Block<b> inverse(Block<b> a) {
 
 /// The blocks between local nodes, row after row: those of the owned nodes, then those of the ghosts.
 template <unsigned b>
-class BlockRows {
+class LocalRows {
  public:
-  explicit BlockRows(const NodalMatrix &matrix) : matrix_(matrix), local_numbers_(*matrix.space().partitioner(1)) {
+  explicit LocalRows(const NodalMatrix &matrix) : matrix_(matrix), local_numbers_(*matrix.space().partitioner(1)) {
     begin.reserve(matrix.space().n_local_nodes() + 1);
     begin.push_back(0);
     add_owned_rows();
@@ -65,7 +66,7 @@ class BlockRows {
     const int *row_begin = matrix_.row_begin(), *column_nodes = matrix_.column_nodes();
     for (int row = 0; row < matrix_.n_rows(); row += b) {
       for (int k = row_begin[row]; k < row_begin[row + 1]; k += b) {
-        Block<b> &block = row_[*column_nodes++];
+        Block<b> &block = row_.emplace_back(*column_nodes++, Block<b>()).second;
         for (unsigned i = 0; i < b; ++i)
           std::copy_n(matrix_.values() + row_begin[row + i] + (k - row_begin[row]), b, &block[b * i]);
       }
@@ -89,14 +90,23 @@ class BlockRows {
       double *values;
       rows.ExtractGlobalRowView(dof, n, values, dofs_of_row);
       for (int k = 0; k < n; ++k)
-        if (const unsigned node = unsigned(dofs_of_row[k]) / b; local_numbers_.in_local_range(node) || local_numbers_.is_ghost_entry(node))
-          row_[local_numbers_.global_to_local(node)][b * (dof % b) + dofs_of_row[k] % b] = values[k];
+        if (const unsigned node = unsigned(dofs_of_row[k]) / b;
+            local_numbers_.in_local_range(node) || local_numbers_.is_ghost_entry(node))
+          block_of(int(local_numbers_.global_to_local(node)))[b * (dof % b) + dofs_of_row[k] % b] = values[k];
       if (dof % b == b - 1)
         finish_row();
     }
   }
 
+  Block<b> &block_of(int column) {
+    for (auto &[other, block] : row_)
+      if (other == column)
+        return block;
+    return row_.emplace_back(column, Block<b>()).second;
+  }
+
   void finish_row() {
+    std::sort(row_.begin(), row_.end(), [](const auto &x, const auto &y) { return x.first < y.first; });
     for (const auto &[column, block] : row_) {
       columns.push_back(column);
       blocks.push_back(block);
@@ -107,8 +117,37 @@ class BlockRows {
 
   const NodalMatrix &matrix_;
   const dealii::Utilities::MPI::Partitioner &local_numbers_;
-  std::map<int, Block<b>> row_; ///< that is being gathered: block of each column
+  std::vector<std::pair<int, Block<b>>> row_; ///< that is being gathered: columns and their blocks
 };
+
+/// In place: L below the diagonal, U above it, the inverse of U's blocks on it. Returns where those are.
+template <unsigned b>
+std::vector<int> decompose(LocalRows<b> &rows) {
+  const std::vector<int> &begin = rows.begin, &columns = rows.columns;
+  auto &blocks = rows.blocks;
+  const int n = int(begin.size()) - 1;
+  std::vector<int> diagonal, position(n, -1); // of the blocks of the current row
+  for (int i = 0; i < n; ++i) {
+    for (int k = begin[i]; k < begin[i + 1]; ++k)
+      position[columns[k]] = k;
+    diagonal.push_back(position[i]);
+    for (int k = begin[i]; k < diagonal[i]; ++k) {
+      const int pivot_row = columns[k];
+      Block<b> L{};
+      subtract_product<b>(L, blocks[k], blocks[diagonal[pivot_row]]);
+      for (double &value : L)
+        value = -value;
+      blocks[k] = L;
+      for (int j = diagonal[pivot_row] + 1; j < begin[pivot_row + 1]; ++j)
+        if (const int target = position[columns[j]]; target >= 0)
+          subtract_product<b>(blocks[target], L, blocks[j]);
+    }
+    blocks[diagonal[i]] = inverse<b>(blocks[diagonal[i]]);
+    for (int k = begin[i]; k < begin[i + 1]; ++k)
+      position[columns[k]] = -1;
+  }
+  return diagonal;
+}
 
 } // namespace
 
@@ -124,47 +163,38 @@ BlockILU::BlockILU(const NodalMatrix &matrix)
 
 template <unsigned b>
 void BlockILU::factorise(const NodalMatrix &matrix) {
-  BlockRows<b> rows(matrix);
-  begin_ = std::move(rows.begin);
-  columns_ = std::move(rows.columns);
-  auto &blocks = rows.blocks;
-  const int n = int(begin_.size()) - 1;
-  std::vector<int> position(n, -1); // of the blocks of the current row
-  for (int i = 0; i < n; ++i) {
-    for (int k = begin_[i]; k < begin_[i + 1]; ++k)
-      position[columns_[k]] = k;
-    diagonal_.push_back(position[i]);
-    for (int k = begin_[i]; k < diagonal_[i]; ++k) {
-      const int pivot_row = columns_[k];
-      Block<b> L{};
-      subtract_product<b>(L, blocks[k], blocks[diagonal_[pivot_row]]);
-      for (double &value : L)
-        value = -value;
-      blocks[k] = L;
-      for (int j = diagonal_[pivot_row] + 1; j < begin_[pivot_row + 1]; ++j)
-        if (const int target = position[columns_[j]]; target >= 0)
-          subtract_product<b>(blocks[target], L, blocks[j]);
-    }
-    blocks[diagonal_[i]] = inverse<b>(blocks[diagonal_[i]]);
-    for (int k = begin_[i]; k < begin_[i + 1]; ++k)
-      position[columns_[k]] = -1;
-  }
-  constexpr unsigned length = column_length(b);
-  work_.resize(length * std::size_t(n));
-  factors_.assign(b * length * blocks.size(), 0);
-  for (std::size_t k = 0; k < blocks.size(); ++k)
-    for (unsigned i = 0; i < b; ++i)
+  LocalRows<b> rows(matrix);
+  const std::vector<int> diagonal = decompose(rows);
+  const int n = int(diagonal.size());
+  factors_.reserve(b * b * rows.blocks.size() + 1);
+  const auto append = [&](int first, int last) {
+    for (int k = first; k < last; ++k) {
+      columns_.push_back(rows.columns[k]);
       for (unsigned j = 0; j < b; ++j)
-        factors_[(k * b + j) * length + i] = float(blocks[k][b * i + j]);
+        for (unsigned i = 0; i < b; ++i)
+          factors_.push_back(float(rows.blocks[k][b * i + j]));
+    }
+  };
+  for (int i = 0; i < n; ++i) {
+    append(rows.begin[i], diagonal[i]);
+    end_.push_back(int(columns_.size()));
+  }
+  for (int i = n - 1; i >= 0; --i) {
+    append(diagonal[i] + 1, rows.begin[i + 1]);
+    append(diagonal[i], diagonal[i] + 1);
+    end_.push_back(int(columns_.size()));
+  }
+  factors_.push_back(0);
+  work_.resize(work_length(b) * std::size_t(n));
 }
 
 void BlockILU::vmult(Vector &y, const Vector &x) const {
   const bool had_ghosts = x.has_ghost_elements();
   x.update_ghost_values();
-  solve_block_ilu({components_, int(diagonal_.size()), begin_.data(), diagonal_.data(), columns_.data(), factors_.data()},
-                  n_owned_, x.begin(), y.begin(), work_.data());
+  solve_block_ilu({components_, int(end_.size() / 2), end_.data(), columns_.data(), factors_.data()}, n_owned_, x.begin(),
+                  y.begin(), work_.data());
   if (!had_ghosts)
-    x.zero_out_ghost_values();
+    x.zero_out_ghost_values(); // else deal.II would update them after each change of x
 }
 
 } // namespace heartbus::fem

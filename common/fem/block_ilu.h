@@ -27,7 +27,7 @@ class BlockILU : public Preconditioner {
 
   unsigned components_;
   int n_owned_;
-  std::vector<int> begin_, diagonal_, columns_; ///< see BlockFactors
+  std::vector<int> end_, columns_; ///< see BlockFactors
   std::vector<float> factors_;
   mutable std::vector<double> work_;
 };

@@ -1,6 +1,7 @@
 #include "common/fem/block_ilu_kernel.h"
 
-#include "common/fem/lanes.h"
+#include "common/fem/fours.h"
+#include "common/fem/prefetch.h"
 #include "common/fem/sparse_dot.h"
 
 #include <algorithm>
@@ -8,32 +9,17 @@
 namespace heartbus::fem {
 namespace {
 
-// Four numbers of a node or of a block's column; aligned like their parts, so that they can lie anywhere in an array.
-typedef float Float4 __attribute__((vector_size(16), aligned(4)));
-typedef double Double4 __attribute__((vector_size(32), aligned(8)));
-
-HEARTBUS_INLINE Double4 widened(Float4 numbers) { return __builtin_convertvector(numbers, Double4); }
-
-/// A block times the numbers of a node.
-template <unsigned b>
-HEARTBUS_INLINE Double4 product(const float *block, const Double4 &v) {
-  const auto *columns = reinterpret_cast<const Float4 *>(block);
-  Double4 sum{};
-  for (unsigned j = 0; j < b; ++j)
-    sum += widened(columns[j]) * v[j];
-  return sum;
-}
-
 /// The sum over blocks [first, last) of their products. One sum a column of the blocks: a single one would wait for each
-/// addition to end.
+/// addition to end. With three components the fourth number is never used.
 template <unsigned b>
-HEARTBUS_INLINE Double4 products(const BlockFactors &ilu, int first, int last, const Double4 *z) {
+HEARTBUS_INLINE Double4 products(const BlockFactors &ilu, int first, int last, const double *z) {
   Double4 sums[b] = {};
   for (int k = first; k < last; ++k) {
-    const auto *columns = reinterpret_cast<const Float4 *>(ilu.factors + long(4 * b) * k);
-    const Double4 v = z[ilu.columns[k]];
+    const float *block = ilu.factors + long(b * b) * k;
+    prefetch_ahead(block, b * b);
+    const Double4 v = load4(z + 4 * ilu.columns[k]);
     for (unsigned j = 0; j < b; ++j)
-      sums[j] += widened(columns[j]) * v[j];
+      sums[j] += load4(block + b * j) * v[j];
   }
   for (unsigned j = 1; j < b; ++j)
     sums[0] += sums[j];
@@ -49,16 +35,19 @@ HEARTBUS_INLINE Double4 load(const double *x) {
 }
 
 template <unsigned b>
-HEARTBUS_INLINE void solve(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work) {
-  auto *z = reinterpret_cast<Double4 *>(work);
-  for (int i = 0; i < ilu.n_rows; ++i)
-    z[i] = load<b>(x + b * i) - products<b>(ilu, ilu.begin[i], ilu.diagonal[i], z);
-  for (int i = ilu.n_rows - 1; i >= 0; --i) {
-    z[i] = product<b>(ilu.factors + long(4 * b) * ilu.diagonal[i],
-                      z[i] - products<b>(ilu, ilu.diagonal[i] + 1, ilu.begin[i + 1], z));
+HEARTBUS_INLINE void solve(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *z) {
+  int first = 0;
+  for (int i = 0; i < ilu.n_rows; first = ilu.end[i++]) {
+    store4(z + 4 * i, load<b>(x + b * i) - products<b>(ilu, first, ilu.end[i], z));
+  }
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+    const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
+    store4(z + 4 * i, load4(z + 4 * i) - products<b>(ilu, first, diagonal, z));
+    const Double4 solution = products<b>(ilu, diagonal, diagonal + 1, z);
+    store4(z + 4 * i, solution);
     if (i < n_kept)
       for (unsigned j = 0; j < b; ++j)
-        y[b * i + j] = z[i][j];
+        y[b * i + j] = solution[j];
   }
 }
 
@@ -67,10 +56,13 @@ HEARTBUS_INLINE void solve<1>(const BlockFactors &ilu, int n_kept, const double 
   const auto products = [&](int first, int last) {
     return sparse_dot(ilu.factors + first, ilu.columns + first, last - first, z);
   };
-  for (int i = 0; i < ilu.n_rows; ++i)
-    z[i] = x[i] - products(ilu.begin[i], ilu.diagonal[i]);
-  for (int i = ilu.n_rows - 1; i >= 0; --i)
-    z[i] = ilu.factors[ilu.diagonal[i]] * (z[i] - products(ilu.diagonal[i] + 1, ilu.begin[i + 1]));
+  int first = 0;
+  for (int i = 0; i < ilu.n_rows; first = ilu.end[i++])
+    z[i] = x[i] - products(first, ilu.end[i]);
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+    const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
+    z[i] = ilu.factors[diagonal] * (z[i] - products(first, diagonal));
+  }
   std::copy_n(z, n_kept, y);
 }
 

@@ -2,20 +2,21 @@
 
 namespace heartbus::fem {
 
-/// The factors of an incomplete LU decomposition of b x b blocks, rows compressed: [begin[i], begin[i + 1]) are the blocks
-/// of row i, sorted by column; those before diagonal[i] belong to L (unit diagonal), those behind it to U; the block at
-/// diagonal[i] is the inverse of U's. Blocks are stored column by column, each column padded to `column_length(b)`.
+/// The factors of an incomplete LU decomposition of b x b blocks, in the order of their use, so that a solution reads them
+/// as one stream: the rows of L downwards, without their diagonal of ones, then the rows of U upwards, each with the inverse
+/// of its diagonal block at its end. A row holds the blocks up to `end` of it, each column by column.
 struct BlockFactors {
   unsigned b; ///< 1, 3 or 4
   int n_rows;
-  const int *begin, *diagonal, *columns;
-  const float *factors;
+  const int *end; ///< [2 n_rows]
+  const int *columns;
+  const float *factors; ///< and one number more, which is loaded but not used
 };
 
-/// Numbers a column of a block and a row of the work vector take: that of a vector register.
-constexpr unsigned column_length(unsigned b) { return b == 1 ? 1 : 4; }
+/// Numbers of a row in the work vector.
+constexpr unsigned work_length(unsigned b) { return b == 1 ? 1 : 4; }
 
-/// y = U^-1 L^-1 x, of which the first n_kept rows are written; b numbers a row. `work` holds column_length(b) numbers a row.
+/// y = U^-1 L^-1 x, of which the first n_kept rows are written; b numbers a row. `work` holds work_length(b) numbers a row.
 void solve_block_ilu(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
 
 } // namespace heartbus::fem
