@@ -18,8 +18,14 @@ using namespace std::chrono;
 
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
-constexpr double share_slept = 0.75;    ///< of the shorter of the last two waits
+constexpr double long_wait = 2e-3;      ///< [s]
 constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
+
+/// How much of a recurring wait is slept through [s]: short ones vary more, and oversleeping them costs more.
+double slept_through(const Habit &habit) {
+  const double shorter = std::min(habit.last, habit.before);
+  return (shorter < long_wait ? 0.5 : 0.75) * shorter;
+}
 
 } // namespace
 
@@ -31,8 +37,7 @@ Waiting::Waiting(std::function<void()> poll) : poll_(std::move(poll)) {
 
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  const auto expected =
-      duration_cast<nanoseconds>(duration<double>(habit ? share_slept * std::min(habit->last, habit->before) : 0));
+  const auto expected = duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0));
   nanoseconds pause = shortest_pause, waited(0);
   for (; !done(); waited = steady_clock::now() - start) {
     poll_();
