@@ -141,16 +141,15 @@ TEST(Monodomain, WithoutDiffusionEveryNodeFollowsTheSingleCell) {
   Bar bar(2e-3, 4, diagonal(0, 0, 0));
   const auto model = ep::make_ionic_model("ttp06_epi");
   ep::CellState cell = model->initial_state("published");
-  double v_max = cell.v, difference = 0;
+  double v_max = cell.v;
   for (int n = 0; n < 100; ++n) {
     bar.run(1, 2e-4);
     const double i_app = n < 10 ? 35.714 : 0;
     cell.v += 2e-4 * (i_app - model->step_cell(cell.v, cell.states, 2e-4, 0));
     v_max = std::max(v_max, cell.v);
     for (unsigned i = 0; i < bar.space.n_owned_nodes(); ++i)
-      difference = std::max(difference, std::abs(bar.solver.potential().local_element(i) - cell.v));
+      EXPECT_NEAR(bar.solver.potential().local_element(i), cell.v, 1e-7) << "step " << n; // a return would hang other ranks
   }
-  EXPECT_LT(difference, 1e-7);
   EXPECT_GT(v_max, 0.03); // it did fire
   for (const double calcium : bar.solver.calcium())
     EXPECT_NEAR(calcium, 1e3 * cell.states[model->calcium_state()], 1e-7);
