@@ -34,8 +34,8 @@ struct Culprit {
 
 struct Coordinator::Implementation {
   Implementation(int &argc, char **&argv)
-      : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world.control()),
-        waiting([this] { poll(); }) {
+      : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world),
+        waiting([this] { poll(); }, &world.bells()) {
     MPI_Comm_size(world.control(), &n_ranks);
   }
 
@@ -160,6 +160,7 @@ void Coordinator::Implementation::order_all_to_leave(int code) {
       MPI_Request request;
       MPI_Isend(&leave_code, 1, MPI_INT, r, tag_leave, world.control(), &request);
       MPI_Request_free(&request);
+      world.bells().ring(r);
     }
 }
 

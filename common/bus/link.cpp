@@ -12,9 +12,10 @@ constexpr double grace = 3;   ///< [s] for the coupler to answer
 
 } // namespace
 
-Link::Link(World &world) : world_(world), mail_(world.control()), waiting_([this] { poll(); }) {
+Link::Link(World &world) : world_(world), mail_(world), waiting_([this] { poll(); }, &world.bells()) {
   MPI_Comm_rank(world.local(), &local_rank_);
   MPI_Comm_size(world.local(), &local_size_);
+  own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
   MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
 }
 
@@ -51,6 +52,8 @@ Bytes Link::receive_broadcast(double patience) {
 void Link::broadcast(void *data, std::size_t size, double patience, Habit *habit) {
   MPI_Request request;
   MPI_Ibcast(data, size, MPI_BYTE, 0, world_.local(), &request);
+  if (is_root())
+    ring_own_ranks();
   const auto done = [&request] {
     int complete = 0;
     MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
@@ -62,6 +65,11 @@ void Link::broadcast(void *data, std::size_t size, double patience, Habit *habit
         return Awaited{"its own rank 0 to pass on a command", ""};
       },
       patience, habit);
+}
+
+void Link::ring_own_ranks() const {
+  for (std::size_t r = 1; r < own_ranks_.size(); ++r)
+    world_.bells().ring(own_ranks_[r]);
 }
 
 Bytes Link::receive(Tag tag) {
@@ -87,6 +95,8 @@ std::vector<double> Link::sum(const std::vector<double> &values) {
   sums_.assign(values.size(), 0.);
   MPI_Request request;
   MPI_Ireduce(summands_.data(), sums_.data(), values.size(), MPI_DOUBLE, MPI_SUM, 0, world_.local(), &request);
+  if (!is_root())
+    world_.bells().ring(own_ranks_.front());
   const auto done = [&request] {
     int complete = 0;
     MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
@@ -157,7 +167,7 @@ void Link::connect(const RouteRow &row, unsigned components) {
     incoming.try_emplace(row.route, world_.data(), row.route, components, row.peers);
     return;
   }
-  Outgoing &ends = outgoing.try_emplace(row.route, world_.data(), row.route, components).first->second;
+  Outgoing &ends = outgoing.try_emplace(row.route, world_, row.route, components).first->second;
   for (const Peer &peer : row.peers)
     ends.add(peer);
 }

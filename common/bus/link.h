@@ -60,6 +60,7 @@ class Link {
   /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
   /// closed their files.
   void wait_for_exit();
+  void ring_own_ranks() const;
   void broadcast(void *data, std::size_t size, double patience, Habit *habit = nullptr);
 
   World &world_;
@@ -67,6 +68,7 @@ class Link {
   Waiting waiting_;
   Habit commands_; ///< of waiting for them
   int local_rank_ = 0, local_size_ = 1;
+  std::vector<int> own_ranks_; ///< of the world, in the order of local ranks
   int leave_code_ = 0;
   MPI_Request leave_ = MPI_REQUEST_NULL;
   std::size_t size_ = 0;

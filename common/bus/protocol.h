@@ -2,6 +2,7 @@
 
 #include "common/bus/coordinator.h"
 #include "common/bus/packer.h"
+#include "common/bus/world.h"
 
 #include <list>
 #include <mpi.h>
@@ -75,8 +76,9 @@ std::string kind_of_work(const Command &command);
 /// Sends and receives messages of any length without ever blocking.
 class Mailbox {
  public:
-  explicit Mailbox(MPI_Comm communicator) : communicator_(communicator) {}
+  explicit Mailbox(const World &world) : communicator_(world.control()), bells_(world.bells()) {}
 
+  /// Rings the receiver's bell, except for progress, which nobody hurries for.
   void send(int rank, Tag tag, Packer &packer);
   template <class T>
   void post(int rank, Tag tag, const T &message) {
@@ -99,6 +101,7 @@ class Mailbox {
     MPI_Request request;
   };
   MPI_Comm communicator_;
+  const Doorbells &bells_;
   std::list<Outbound> outbound_;
 };
 

@@ -45,12 +45,12 @@ std::string incomplete(const std::vector<Channel> &channels) {
 
 } // namespace
 
-Outgoing::Outgoing(MPI_Comm communicator, int route, unsigned components)
-    : communicator_(communicator), route_(route), components_(components) {}
+Outgoing::Outgoing(const World &world, int route, unsigned components)
+    : world_(world), route_(route), components_(components) {}
 
 void Outgoing::add(const Peer &peer) {
   Channel channel{peer, std::vector<double>(header_size + components_ * peer.points.size()), MPI_REQUEST_NULL};
-  MPI_Send_init(channel.buffer.data(), channel.buffer.size(), MPI_DOUBLE, peer.world_rank, route_, communicator_,
+  MPI_Send_init(channel.buffer.data(), channel.buffer.size(), MPI_DOUBLE, peer.world_rank, route_, world_.data(),
                 &channel.request);
   channels_.push_back(std::move(channel));
 }
@@ -64,6 +64,7 @@ void Outgoing::send(const Step &step, const std::vector<double> &values) {
     for (const int point : channel.peer.points)
       packed = std::copy_n(values.data() + std::size_t(point) * components_, components_, packed);
     MPI_Start(&channel.request);
+    world_.bells().ring(channel.peer.world_rank);
   }
 }
 

@@ -3,6 +3,7 @@
 #include "common/bus/protocol.h"
 #include "common/bus/solver.h"
 #include "common/bus/waiting.h"
+#include "common/bus/world.h"
 
 #include <mpi.h>
 #include <string>
@@ -22,7 +23,7 @@ struct Channel {
 /// whoever sends again waits for `idle` first.
 class Outgoing {
  public:
-  Outgoing(MPI_Comm communicator, int route, unsigned components);
+  Outgoing(const World &world, int route, unsigned components);
   void add(const Peer &peer);
   bool idle();
   void send(const Step &step, const std::vector<double> &values); ///< needs idle()
@@ -30,7 +31,7 @@ class Outgoing {
   void close();
 
  private:
-  MPI_Comm communicator_;
+  const World &world_;
   int route_;
   unsigned components_;
   std::vector<Channel> channels_;

@@ -29,28 +29,44 @@ double slept_through(const Habit &habit) {
 
 } // namespace
 
-Waiting::Waiting(std::function<void()> poll) : poll_(std::move(poll)) {
+Waiting::Waiting(std::function<void()> poll, const Doorbells *bells) : poll_(std::move(poll)), bells_(bells) {
 #ifdef __linux__
   prctl(PR_SET_TIMERSLACK, 1000); // [ns]: a pause takes as long as it says, not 50 us longer
 #endif
 }
 
+bool Waiting::sleep(std::uint32_t heard, nanoseconds longest) const {
+  if (bells_)
+    return bells_->sleep(heard, longest);
+  std::this_thread::sleep_for(longest);
+  return false;
+}
+
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  const auto expected = duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0));
+  auto expected = duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0));
   nanoseconds pause = shortest_pause, waited(0);
-  for (; !done(); waited = steady_clock::now() - start) {
+  for (;; waited = steady_clock::now() - start) {
+    const std::uint32_t heard = bells_ ? bells_->rings() : 0;
+    if (done())
+      break;
     poll_();
     if (waited > duration<double>(seconds))
       return false;
     if (waited < spin)
       sched_yield();
-    else if (waited < expected)
-      std::this_thread::sleep_for(std::min<nanoseconds>(expected - waited, longest_nap));
-    else {
+    else if (waited < expected) {
+      if (sleep(heard, std::min<nanoseconds>(expected - waited, longest_nap))) {
+        expected = waited; // something is on its way
+        pause = shortest_pause;
+      }
+    } else {
       const nanoseconds overdue = waited - expected;
-      std::this_thread::sleep_for(pause);
-      pause = std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, overdue / naps_of_a_wait), longest_nap});
+      if (sleep(heard, pause))
+        pause = shortest_pause;
+      else
+        pause =
+            std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, overdue / naps_of_a_wait), longest_nap});
     }
   }
   if (habit)

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/bus/doorbell.h"
 #include "common/bus/failure.h"
 
 #include <functional>
@@ -31,7 +32,7 @@ struct Habit {
 /// `poll`, which looks for an order to leave and throws it.
 class Waiting {
  public:
-  explicit Waiting(std::function<void()> poll);
+  explicit Waiting(std::function<void()> poll, const Doorbells *bells = nullptr);
 
   double deadline = 60; ///< [s]; the scene's value from the handshake on
 
@@ -43,7 +44,10 @@ class Waiting {
   bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
 
  private:
+  bool sleep(std::uint32_t heard, std::chrono::nanoseconds longest) const; ///< returns whether the bell rang
+
   std::function<void()> poll_;
+  const Doorbells *bells_;
 };
 
 } // namespace heartbus::bus

@@ -35,6 +35,7 @@ World::World(int &argc, char **&argv, const Member &self) {
   const int color = ranks_of(self.name).front();
   MPI_Comm_split(control_, color, rank_, &own_);
   MPI_Comm_dup(own_, &local_);
+  bells_.emplace(control_);
 }
 
 void World::gather_members(const Member &self) {
@@ -103,6 +104,8 @@ std::string World::who_came() const {
 }
 
 void World::finalize() {
+  if (bells_)
+    bells_->free();
   for (MPI_Comm *communicator : {&control_, &data_, &own_, &local_})
     if (*communicator != MPI_COMM_NULL)
       MPI_Comm_free(communicator);

@@ -1,12 +1,15 @@
 #pragma once
 
+#include "common/bus/doorbell.h"
+
 #include <mpi.h>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 1; ///< everyone in a launch must speak the same
+constexpr int protocol_version = 2; ///< everyone in a launch must speak the same
 extern const char *const build_id;  ///< shown by --version and in the list of who came
 
 /// What every rank of the launch tells all others first.
@@ -34,6 +37,8 @@ class World {
   MPI_Comm own() const { return own_; }         ///< the participant's ranks: for the solver
   MPI_Comm local() const { return local_; }     ///< the participant's ranks: for the bus
 
+  const Doorbells &bells() const { return *bells_; }
+
   void finalize();                   ///< collective over the launch
   [[noreturn]] void abort(int code); ///< when somebody cannot be reached any more
 
@@ -41,6 +46,7 @@ class World {
   void gather_members(const Member &self);
   std::string objection() const;
 
+  std::optional<Doorbells> bells_;
   int rank_ = 0, coupler_ = -1;
   std::vector<Member> members_;
   MPI_Comm control_ = MPI_COMM_NULL, data_ = MPI_COMM_NULL, own_ = MPI_COMM_NULL, local_ = MPI_COMM_NULL;

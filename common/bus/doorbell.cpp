@@ -1,0 +1,77 @@
+#include "common/bus/doorbell.h"
+
+#include <new>
+#include <thread>
+
+#ifdef __linux__
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
+
+namespace heartbus::bus {
+
+Doorbells::Doorbells(MPI_Comm everybody) {
+  int rank, size;
+  MPI_Comm_rank(everybody, &rank);
+  MPI_Comm_size(everybody, &size);
+  MPI_Comm_split_type(everybody, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &node_);
+  void *memory;
+  MPI_Win_allocate_shared(sizeof(Bell), 1, MPI_INFO_NULL, node_, &memory, &window_);
+  mine_ = new (memory) Bell{{0}, {0}};
+
+  MPI_Group all, near;
+  MPI_Comm_group(everybody, &all);
+  MPI_Comm_group(node_, &near);
+  bells_.resize(size);
+  for (int r = 0; r < size; ++r) {
+    int neighbour, unit;
+    MPI_Aint length;
+    MPI_Group_translate_ranks(all, 1, &r, near, &neighbour);
+    if (neighbour == MPI_UNDEFINED)
+      continue;
+    MPI_Win_shared_query(window_, neighbour, &length, &unit, &memory);
+    bells_[r] = static_cast<Bell *>(memory);
+  }
+  MPI_Group_free(&near);
+  MPI_Group_free(&all);
+  MPI_Barrier(node_); // nobody rings a bell that its owner has yet to set to zero
+}
+
+void Doorbells::free() {
+  MPI_Win_free(&window_);
+  MPI_Comm_free(&node_);
+}
+
+#ifdef __linux__
+
+void Doorbells::ring(int rank) const {
+  Bell *bell = bells_[rank];
+  if (!bell)
+    return;
+  bell->rings.fetch_add(1);
+  if (bell->sleeping.load())
+    syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
+}
+
+bool Doorbells::sleep(std::uint32_t heard, std::chrono::nanoseconds longest) const {
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(longest);
+  const timespec patience{time_t(seconds.count()), long((longest - seconds).count())};
+  mine_->sleeping = 1;
+  syscall(SYS_futex, &mine_->rings, FUTEX_WAIT, heard, &patience, nullptr, 0); // returns at once if it has rung by now
+  mine_->sleeping = 0;
+  return mine_->rings != heard;
+}
+
+#else
+
+void Doorbells::ring(int) const {}
+
+bool Doorbells::sleep(std::uint32_t, std::chrono::nanoseconds longest) const {
+  std::this_thread::sleep_for(longest);
+  return false;
+}
+
+#endif
+
+} // namespace heartbus::bus

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <mpi.h>
+#include <vector>
+
+namespace heartbus::bus {
+
+/// One bell for each rank of a node, in memory that they share: who has sent something rings, and a sleeping receiver wakes
+/// within microseconds. MPI itself has no wait that leaves the core to others. Ranks of other nodes cannot be rung;
+/// they look after their messages by themselves (see Waiting), as do all where there are no futexes (Linux has them).
+class Doorbells {
+ public:
+  /// Collective over `everybody`.
+  explicit Doorbells(MPI_Comm everybody);
+  Doorbells(const Doorbells &) = delete;
+  void free(); ///< collective
+
+  /// Ring after the message has been started, so that who wakes finds it.
+  void ring(int rank) const;
+  std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
+  /// Sleeps until the bell has rung more than `heard` times, at most for `longest`. Take `heard` before looking for
+  /// messages: then none is missed in between. Returns whether it has rung.
+  bool sleep(std::uint32_t heard, std::chrono::nanoseconds longest) const;
+
+ private:
+  struct alignas(64) Bell {
+    std::atomic<std::uint32_t> rings, sleeping;
+  };
+  MPI_Comm node_ = MPI_COMM_NULL;
+  MPI_Win window_ = MPI_WIN_NULL;
+  std::vector<Bell *> bells_; ///< by rank of the world; null on other nodes
+  Bell *mine_ = nullptr;
+};
+
+} // namespace heartbus::bus
