@@ -37,7 +37,10 @@ fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
   Vector x = space_.make_vector();
   space_.clear_wall(d);
   space_.merge(fluid_.guess(), d, x);
-  const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_);
+  Vector d_n(solid_.d_n), other_start(x);
+  space_.clear_wall(d_n);
+  space_.merge(fluid_.guess(), d_n, other_start);
+  const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_, &other_start);
   last_iterations_ = statistics.linear_iterations;
   if (fresh_iterations_ == 0)
     fresh_iterations_ = last_iterations_;

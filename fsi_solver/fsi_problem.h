@@ -35,6 +35,7 @@ class FsiProblem {
   void linearise(const fem::Vector &x);
   unsigned solve(fem::Vector &dx, const fem::Vector &r);
   double size(const fem::Vector &dx);
+  void refuse() const { solid_.refuse(); }
 
  private:
   void displace(const fem::Vector &x); ///< d_ from the unknowns

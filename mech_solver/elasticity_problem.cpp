@@ -94,7 +94,7 @@ void ElasticityProblem::begin_dynamic(double dt) {
 
 fem::NewtonStatistics ElasticityProblem::solve_dynamic(double dt, fem::Vector &d) {
   begin_dynamic(dt);
-  return fem::newton("elastodynamics", *this, d, newton_settings());
+  return fem::newton("elastodynamics", *this, d, newton_settings(), &d_n);
 }
 
 /// Without inertia the tangent changes a lot from one iterate to the next, and steps must be kept short.
@@ -108,12 +108,7 @@ fem::NewtonStatistics ElasticityProblem::solve_static(fem::Vector &d) {
   return fem::newton("quasi-static elasticity", *this, d, settings);
 }
 
-bool ElasticityProblem::is_valid(const fem::Vector &d) {
-  fem::Vector r = space_.make_vector(3);
-  return residual(d, r).valid;
-}
-
-void ElasticityProblem::refuse_inverted_cells() const {
+void ElasticityProblem::refuse() const {
   fem::refuse_inverted_cells(space_, smallest_J_, worst_slot_, "the displacement of the solid");
 }
 
@@ -268,6 +263,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   fem::zero_constrained(r, constrained_);
   size.norm = r.l2_norm();
   size.scale = std::max({size.scale, size.norm, negligible_force_});
+  wanted_residual_ = solver_.residual_tolerance * size.scale;
   const bool valid = smallest_J_ > mech::smallest_J && largest_exponent_ < mech::largest_exponent;
   size.valid = dealii::Utilities::MPI::min(valid ? 1 : 0, space_.communicator()) == 1;
   return size;
@@ -306,22 +302,28 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
 /// Dynamic systems are symmetric (pressures on surfaces whose rim is held have a potential) and dominated by the mass;
 /// static ones are neither well conditioned nor, on the way to equilibrium, positive definite. The preconditioner is
 /// kept for as long as it serves about as well as when it was new.
-unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
+unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
   const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
   if (renewed) {
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");
     preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
   }
   const bus::Stopwatch::Section section(stopwatch, "linear solve");
-  fem::Vector b(r);
-  b *= -1;
-  const unsigned iterations = fem::solve_linear("elasticity", dynamic ? "cg" : "gmres", tangent_, dx, b,
-                                                *preconditioner_, solver_.linear_tolerance, dynamic ? 500 : 2000)
+  const unsigned iterations = fem::solve_linear("elasticity", dynamic ? "cg" : "gmres", tangent_, dx, force,
+                                                *preconditioner_, std::max(solver_.linear_tolerance, tolerance),
+                                                dynamic ? 500 : 2000)
                                   .iterations;
   if (renewed)
     usual_iterations_ = iterations;
   preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
   return iterations;
+}
+
+unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
+  fem::Vector force(r);
+  force *= -1;
+  // Beyond what Newton's method wants, the linear residual does not matter.
+  return respond(dx, force, 0.1 * wanted_residual_ / force.l2_norm());
 }
 
 } // namespace heartbus::mech

@@ -39,10 +39,9 @@ class ElasticityProblem {
   /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
   void begin_dynamic(double dt);
   fem::NewtonSettings newton_settings() const;
-  /// Whether a displacement may serve as Newton's start: no cell is near inversion. Collective.
-  bool is_valid(const fem::Vector &d);
-  /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.
-  void refuse_inverted_cells() const;
+  /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns the
+  /// iterations.
+  unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
   double smallest_J() const { return smallest_J_; } ///< of the last displacement looked at, this rank
 
   /// Static nodal forces of the solid alone: stress and pericardium; zero at constrained degrees of freedom.
@@ -64,6 +63,8 @@ class ElasticityProblem {
   void linearise(const fem::Vector &d);
   unsigned solve(fem::Vector &dx, const fem::Vector &r);
   double size(const fem::Vector &dx) const { return dx.linfty_norm(); }
+  /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.
+  void refuse() const;
 
  private:
   using Law = std::variant<Guccione, NeoHookean>;
@@ -105,6 +106,7 @@ class ElasticityProblem {
   bool has_tangent_ = false;
   unsigned n_tangents_ = 0;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
+  double wanted_residual_ = 0;    ///< of Newton's method, at the last state looked at
   unsigned usual_iterations_ = 0; ///< of the linear solver with a new preconditioner
   bool preconditioner_is_old_ = true;
 };

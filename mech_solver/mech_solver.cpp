@@ -186,9 +186,7 @@ void MechSolver::correct(const bus::Step &step) {
     problem_.linearise(d_);
   if (response_tangent_ != problem_.n_tangents()) {
     response_.reinit(b);
-    fem::Vector minus_b(b);
-    minus_b *= -1;
-    problem_.solve(response_, minus_b);
+    problem_.respond(response_, b);
     response_tangent_ = problem_.n_tangents();
   }
   correction_ = step.size * (b * velocity_jump) / (b * response_);
@@ -204,7 +202,7 @@ void MechSolver::refresh() {
   correction_ = 0;
 }
 
-/// Newton starts from the last iterate, or from 2 d^n - d^{n-1}, or from d^n when that would invert a cell.
+/// Newton starts from the last iterate, or from 2 d^n - d^{n-1}; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
   if (step.iteration > 0)
     return;
@@ -212,11 +210,6 @@ void MechSolver::choose_start(const bus::Step &step) {
   d_.sadd(2.0, -1.0, problem_.d_nm1);
   if (correction_ != 0) // to be added anew, about as much
     d_.add(-correction_, response_);
-  if (problem_.is_valid(d_))
-    return;
-  d_ = problem_.d_n;
-  if (!problem_.is_valid(d_))
-    problem_.refuse_inverted_cells();
 }
 
 void MechSolver::commit_step(const bus::Step &step) {

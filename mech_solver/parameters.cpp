@@ -55,7 +55,7 @@ void EndPressureParameters::describe(config::Section &s) {
 
 void SolverParameters::describe(config::Section &s) {
   s.number("residual_tolerance", residual_tolerance, {1e-14, 1e-2}, "of Newton, relative to the norm of nodal forces");
-  s.number("update_tolerance", update_tolerance, {1e-14, 1}, "of Newton's last update, relative to the smallest cell");
+  s.number("update_tolerance", update_tolerance, {1e-14, 1}, "of what Newton's next update would be, relative to the smallest cell");
   s.number("linear_tolerance", linear_tolerance, {1e-14, 0.5}, "of the linear solver, relative to the residual");
   s.integer("max_iterations", max_iterations, {1, 1000}, "of Newton");
   s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of the dynamic systems");

@@ -18,7 +18,7 @@ struct ResidualSize {
 
 struct NewtonSettings {
   double residual_tolerance = 1e-8; ///< relative to ResidualSize::scale
-  double update_tolerance = 1e-8;   ///< of the last update's size
+  double update_tolerance = 1e-8;   ///< of the next update's size, which would be about the error
   double largest_update = std::numeric_limits<double>::infinity();
   double contraction = 0.1; ///< an iteration that reduces the residual less than this asks for a new tangent
   unsigned max_iterations = 30;
@@ -26,29 +26,35 @@ struct NewtonSettings {
 
 struct NewtonStatistics {
   unsigned iterations = 0, linear_iterations = 0, tangents = 0;
-  double residual = 0, scale = 0, update = 0;
+  double residual = 0, scale = 0;
+  double update = 0; ///< size of the last one
+  double error = 0;  ///< estimate of the next one: the last times the factor by which it reduced the residual
 };
 
 /// Newton's method with backtracking for r(x) = 0 that keeps its tangent for as long as that contracts well: within the
 /// solve and, since the problem holds the tangent, from one solve to the next. The residual is always exact. Converged
-/// means that both the residual and the last update are small. The problem offers:
+/// means that the residual is small and that the next update would be (the monitor of simplified Newton methods, P. Deuflhard,
+/// Newton Methods for Nonlinear Problems, doi:10.1007/978-3-642-23899-4, section 2.1). The problem offers:
 ///
 ///     ResidualSize residual(const Vector &x, Vector &r);
 ///     bool has_tangent() const;
 ///     void linearise(const Vector &x);
 ///     unsigned solve(Vector &dx, const Vector &r);   // tangent dx = -r, returns linear iterations
 ///     double size(const Vector &dx) const;           // what the update tolerances are compared with
+///     void refuse() const;                           // throws what is wrong with the last state, which was not valid
 ///
-/// Throws Failure(not_converged) that says where it stopped and why. The start must be valid.
+/// Throws Failure(not_converged) that says where it stopped and why. When the start is not valid, it is `other_start`, which
+/// must be.
 template <class Problem, class Vector>
-NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, const NewtonSettings &settings) {
+NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, const NewtonSettings &settings,
+                        const Vector *other_start = nullptr) {
   NewtonStatistics statistics;
   Vector r(x), dx(x), trial(x), r_trial(x);
   const auto fail = [&](const std::string &why) {
     std::ostringstream message;
     message << what << ": Newton stopped after " << statistics.iterations << " iterations, because " << why
             << ": residual " << statistics.residual << " where " << settings.residual_tolerance * statistics.scale
-            << " is wanted, last update " << statistics.update << " where " << settings.update_tolerance
+            << " is wanted, next update about " << statistics.error << " where " << settings.update_tolerance
             << " is wanted";
     throw Failure(ExitCode::not_converged, message.str());
   };
@@ -65,17 +71,23 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
   };
 
   ResidualSize size = problem.residual(x, r);
+  if (!size.valid && other_start) {
+    x = *other_start;
+    size = problem.residual(x, r);
+  }
   statistics.residual = size.norm;
   statistics.scale = size.scale;
-  if (!size.valid)
+  if (!size.valid) {
+    problem.refuse();
     fail("the start is not a valid state");
+  }
   bool fresh = false;
   if (!problem.has_tangent() && !small(size, 1e-3)) {
     linearise();
     fresh = true;
   }
   // Nothing to do, e.g. at rest, is told by a residual far below the tolerance.
-  while (!(small(size, 1) && statistics.iterations > 0 && statistics.update <= settings.update_tolerance) &&
+  while (!(small(size, 1) && statistics.iterations > 0 && statistics.error <= settings.update_tolerance) &&
          !small(size, 1e-3) && !only_rounding_left()) {
     if (statistics.iterations == settings.max_iterations)
       fail("this is the largest number allowed");
@@ -85,6 +97,7 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
     statistics.update = problem.size(dx);
     double step = std::min(1.0, settings.largest_update / std::max(statistics.update, 1e-300));
     statistics.update *= step;
+    statistics.error = statistics.update;
 
     ResidualSize next;
     bool accepted = false;
@@ -99,6 +112,7 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
     }
     if (accepted) {
       const bool slow = !(next.norm <= settings.contraction * size.norm) && !small(next, 1);
+      statistics.error *= size.norm > 0 ? std::min(1.0, next.norm / size.norm) : 0;
       x.swap(trial);
       r.swap(r_trial);
       size = next;

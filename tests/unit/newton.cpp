@@ -38,6 +38,7 @@ struct Arctangent {
     return 2;
   }
   double size(const Number &dx) const { return std::abs(dx.x); }
+  void refuse() const { throw Failure(ExitCode::not_finite, "beyond the limit"); }
 };
 
 /// x^2 + 1 = 0 has no solution.
@@ -57,7 +58,7 @@ TEST(Newton, BacktracksWhereTheFullStepDiverges) {
   const NewtonStatistics statistics = newton("test", problem, x, NewtonSettings());
   EXPECT_LT(std::abs(x.x), 1e-8);
   EXPECT_EQ(statistics.linear_iterations, 2 * statistics.iterations);
-  EXPECT_LE(statistics.update, 1e-8);
+  EXPECT_LE(statistics.error, 1e-8);
 }
 
 TEST(Newton, NeverAcceptsAnInvalidState) {
@@ -68,6 +69,9 @@ TEST(Newton, NeverAcceptsAnInvalidState) {
   EXPECT_LT(std::abs(x.x), 1e-8);
   x.x = 2.5;
   EXPECT_THROW(newton("test", problem, x, NewtonSettings()), Failure) << "an invalid start";
+  const Number valid{1.9};
+  EXPECT_NO_THROW(newton("test", problem, x, NewtonSettings(), &valid));
+  EXPECT_LT(std::abs(x.x), 1e-8);
 }
 
 TEST(Newton, KeepsATangentThatContracts) {
@@ -77,6 +81,8 @@ TEST(Newton, KeepsATangentThatContracts) {
   const NewtonStatistics statistics = newton("test", problem, x, NewtonSettings());
   EXPECT_EQ(statistics.tangents, 0u);
   EXPECT_LT(std::abs(x.x), 1e-8);
+  EXPECT_LT(std::abs(x.x), 2 * statistics.error) << "what is left is what was estimated";
+  EXPECT_GT(std::abs(x.x), statistics.error / 2);
 }
 
 TEST(Newton, ReplacesATangentThatDoesNot) {
