@@ -9,37 +9,44 @@ namespace heartbus::ale {
 using fem::Lanes;
 using fem::Vector;
 
-LiftingProblem::LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1) {
-  assemble(laplace_);
-  const auto of_components = constraints(parameters);
-  for (unsigned i = 0; i < 3; ++i) {
-    unsigned s = 0;
-    while (s < systems_.size() &&
-           dealii::Utilities::MPI::max(int(systems_[s].constrained != of_components[i]), space.communicator()))
-      ++s;
-    of_component_[i] = s;
-    if (s < systems_.size())
-      continue;
-    System system{of_components[i], std::make_unique<fem::NodalMatrix>(space, 1), nullptr};
-    system.matrix->set_constraints(system.constrained);
-    assemble(*system.matrix);
-    system.preconditioner = fem::make_preconditioner("ilu", *system.matrix);
-    systems_.push_back(std::move(system));
+namespace {
+
+/// The factorisation, applied to the components that are not prescribed.
+class Threefold : public fem::Preconditioner {
+ public:
+  Threefold(const fem::BlockILU &factorisation, const fem::Constraints &constrained)
+      : factorisation_(factorisation), constrained_(constrained) {}
+  void vmult(Vector &y, const Vector &x) const override {
+    factorisation_.vmult_threefold(y, x);
+    fem::zero_constrained(y, constrained_);
   }
+
+ private:
+  const fem::BlockILU &factorisation_;
+  const fem::Constraints &constrained_;
+};
+
+} // namespace
+
+LiftingProblem::LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters)
+    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1), matrix_(space, 1) {
+  constrain(parameters);
+  assemble(laplace_);
+  assemble(matrix_);
+  factorisation_ = std::make_unique<fem::BlockILU>(matrix_);
 }
 
-std::array<fem::Constraints, 3> LiftingProblem::constraints(const Parameters &parameters) const {
-  fem::Constraints vector(3 * space_.n_local_nodes());
-  fem::fix_vector(space_, 3, "interface", vector);
+void LiftingProblem::constrain(const Parameters &parameters) {
+  constrained_.assign(3 * space_.n_local_nodes(), 0);
+  fem::fix_vector(space_, 3, "interface", constrained_);
   for (const auto &label : parameters.fixed)
-    fem::fix_vector(space_, 3, label, vector);
+    fem::fix_vector(space_, 3, label, constrained_);
   for (const auto &label : parameters.slip)
-    fem::fix_normal(space_, 3, label, vector);
-  std::array<fem::Constraints, 3> components;
-  for (std::size_t k = 0; k < vector.size(); ++k)
-    components[k % 3].push_back(vector[k]);
-  return components;
+    fem::fix_normal(space_, 3, label, constrained_);
+  fem::Constraints wholly(space_.n_local_nodes());
+  for (unsigned node = 0; node < wholly.size(); ++node)
+    wholly[node] = constrained_[3 * node] && constrained_[3 * node + 1] && constrained_[3 * node + 2];
+  matrix_.set_constraints(wholly);
 }
 
 void LiftingProblem::assemble(fem::NodalMatrix &matrix) const {
@@ -59,36 +66,34 @@ void LiftingProblem::assemble(fem::NodalMatrix &matrix) const {
 }
 
 unsigned LiftingProblem::lift(Vector &motion) {
-  unsigned iterations = 0;
-  for (unsigned i = 0; i < 3; ++i)
-    iterations += lift_component(motion, i);
+  const unsigned iterations = solve(motion);
   motion.update_ghost_values();
   check(motion);
   return iterations;
 }
 
-unsigned LiftingProblem::lift_component(Vector &motion, unsigned i) {
+unsigned LiftingProblem::solve(Vector &motion) {
   const bus::Stopwatch::Section assembly(stopwatch, "assembly");
-  const System &system = systems_[of_component_[i]];
-  Vector d = space_.make_vector(1), prescribed = d, b = d, load = d, correction = d;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
-    d.local_element(node) = motion.local_element(3 * node + i);
-    if (system.constrained[node])
-      prescribed.local_element(node) = d.local_element(node);
-  }
-  laplace_.vmult(b, d);
+  Vector prescribed(motion), b = space_.make_vector(3), load(b), correction(b);
+  for (unsigned k = 0; k < prescribed.locally_owned_size(); ++k)
+    if (!constrained_[k])
+      prescribed.local_element(k) = 0;
+  laplace_.vmult_threefold(b, motion);
   b *= -1;
-  laplace_.vmult(load, prescribed);
-  fem::zero_constrained(b, system.constrained);
-  fem::zero_constrained(load, system.constrained);
+  laplace_.vmult_threefold(load, prescribed);
+  fem::zero_constrained(b, constrained_);
+  fem::zero_constrained(load, constrained_);
   const double norm = b.l2_norm(), tolerance = tolerance_ * std::max(1., load.l2_norm() / norm);
   if (norm == 0 || tolerance >= 1)
     return 0;
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
-  const auto statistics =
-      fem::solve_linear("lifting", "cg", *system.matrix, correction, b, *system.preconditioner, tolerance);
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    motion.local_element(3 * node + i) += correction.local_element(node);
+  const auto laplace = [&](Vector &y, const Vector &x) {
+    matrix_.vmult_threefold(y, x);
+    fem::zero_constrained(y, constrained_);
+  };
+  const auto statistics = fem::solve_linear("lifting", "cg", laplace, correction, b, Threefold(*factorisation_, constrained_),
+                                            tolerance);
+  motion += correction;
   return statistics.iterations;
 }
 

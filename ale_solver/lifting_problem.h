@@ -2,13 +2,12 @@
 
 #include "ale_solver/parameters.h"
 #include "common/bus/stopwatch.h"
+#include "common/fem/block_ilu.h"
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
 
-#include <array>
 #include <memory>
-#include <vector>
 
 namespace heartbus::ale {
 
@@ -16,8 +15,8 @@ namespace heartbus::ale {
 ///
 ///     -Lap d_ALE = 0,   d_ALE = d on the interface,   d_ALE = 0 on `fixed` boundaries,
 ///
-/// and only the normal component zero on `slip` boundaries. The matrix never changes; the three components share it
-/// where they have the same prescribed nodes.
+/// and only the normal component zero on `slip` boundaries. The matrix never changes, and the three components share it: they
+/// are solved for together.
 class LiftingProblem {
  public:
   LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters);
@@ -27,27 +26,22 @@ class LiftingProblem {
   unsigned lift(fem::Vector &motion);
 
   /// For manufactured solutions: whether component i is prescribed at a local node.
-  bool prescribed(unsigned node, unsigned i) const { return systems_[of_component_[i]].constrained[node]; }
+  bool prescribed(unsigned node, unsigned i) const { return constrained_[3 * node + i]; }
   double smallest_J() const { return smallest_J_; } ///< of the last lifting, this rank
   bus::Stopwatch stopwatch;
 
  private:
-  /// What components with the same prescribed nodes share.
-  struct System {
-    fem::Constraints constrained;
-    std::unique_ptr<fem::NodalMatrix> matrix;
-    std::unique_ptr<fem::Preconditioner> preconditioner;
-  };
-  std::array<fem::Constraints, 3> constraints(const Parameters &parameters) const;
+  void constrain(const Parameters &parameters);
   void assemble(fem::NodalMatrix &matrix) const;
-  unsigned lift_component(fem::Vector &motion, unsigned i);
+  unsigned solve(fem::Vector &motion);
   void check(const fem::Vector &motion);
 
   const fem::LagrangeSpace &space_;
   double tolerance_;
-  fem::NodalMatrix laplace_; ///< without constraints: for residuals
-  std::vector<System> systems_;
-  std::array<unsigned, 3> of_component_{};
+  fem::Constraints constrained_; ///< three components a node
+  fem::NodalMatrix laplace_;     ///< without constraints: for residuals
+  fem::NodalMatrix matrix_;      ///< with those of nodes that are wholly prescribed
+  std::unique_ptr<fem::BlockILU> factorisation_; ///< of that
   double smallest_J_ = 1;
 };
 

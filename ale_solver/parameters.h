@@ -10,7 +10,7 @@ namespace heartbus::ale {
 /// The keys of the scene block `lifting`.
 struct Parameters {
   std::vector<std::string> fixed{"base", "mitral", "aortic"}, slip;
-  double tolerance = 1e-7; ///< of the linear solver, relative to what the interface's motion drives
+  double tolerance = 1e-6; ///< of the linear solver, relative to what the interface's motion drives
   void describe(config::Section &section);
 };
 

@@ -191,10 +191,22 @@ void BlockILU::factorise(const NodalMatrix &matrix) {
 void BlockILU::vmult(Vector &y, const Vector &x) const {
   const bool had_ghosts = x.has_ghost_elements();
   x.update_ghost_values();
-  solve_block_ilu({components_, int(end_.size() / 2), end_.data(), columns_.data(), factors_.data()}, n_owned_, x.begin(),
-                  y.begin(), work_.data());
+  solve_block_ilu(factors(), n_owned_, x.begin(), y.begin(), work_.data());
   if (!had_ghosts)
     x.zero_out_ghost_values(); // else deal.II would update them after each change of x
+}
+
+void BlockILU::vmult_threefold(Vector &y, const Vector &x) const {
+  const bool had_ghosts = x.has_ghost_elements();
+  x.update_ghost_values();
+  work_.resize(4 * end_.size() / 2);
+  solve_ilu_threefold(factors(), n_owned_, x.begin(), y.begin(), work_.data());
+  if (!had_ghosts)
+    x.zero_out_ghost_values();
+}
+
+BlockFactors BlockILU::factors() const {
+  return {components_, int(end_.size() / 2), end_.data(), columns_.data(), factors_.data()};
 }
 
 } // namespace heartbus::fem

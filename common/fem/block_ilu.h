@@ -20,10 +20,13 @@ class BlockILU : public Preconditioner {
   /// Collective. The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.
   explicit BlockILU(const NodalMatrix &matrix);
   void vmult(Vector &y, const Vector &x) const override;
+  /// The same for each of three components of x, by the factors of a matrix of one component.
+  void vmult_threefold(Vector &y, const Vector &x) const;
 
  private:
   template <unsigned b>
   void factorise(const NodalMatrix &matrix);
+  BlockFactors factors() const;
 
   unsigned components_;
   int n_owned_;

@@ -79,4 +79,20 @@ HEARTBUS_SIMD void solve_block_ilu(const BlockFactors &ilu, int n_kept, const do
   }
 }
 
+HEARTBUS_SIMD void solve_ilu_threefold(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *z) {
+  const auto products = [&](int first, int last) {
+    return sparse_dot_of_fours(ilu.factors + first, ilu.columns + first, last - first, z);
+  };
+  int first = 0;
+  for (int i = 0; i < ilu.n_rows; first = ilu.end[i++])
+    store4(z + 4 * i, load<3>(x + 3 * i) - products(first, ilu.end[i]));
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+    const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
+    const Double4 solution = double(ilu.factors[diagonal]) * (load4(z + 4 * i) - products(first, diagonal));
+    store4(z + 4 * i, solution);
+    for (unsigned c = 0; c < 3 && i < n_kept; ++c)
+      y[3 * i + c] = solution[c];
+  }
+}
+
 } // namespace heartbus::fem

@@ -19,4 +19,7 @@ constexpr unsigned work_length(unsigned b) { return b == 1 ? 1 : 4; }
 /// y = U^-1 L^-1 x, of which the first n_kept rows are written; b numbers a row. `work` holds work_length(b) numbers a row.
 void solve_block_ilu(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
 
+/// The same for three vectors side by side, x[3 i + c], and b = 1. `work` holds four numbers a row.
+void solve_ilu_threefold(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
+
 } // namespace heartbus::fem

@@ -39,6 +39,8 @@ class NodalMatrix {
 
   /// y = A x. Ghosts of x need not be up to date.
   void vmult(Vector &y, const Vector &x) const;
+  /// The same for each of three components of x, by a matrix of one component.
+  void vmult_threefold(Vector &y, const Vector &x) const;
   const dealii::TrilinosWrappers::SparseMatrix &trilinos() const { return matrix_; }
   /// The entry (row, column) of owned row and local column dof; 0 when outside the pattern.
   double entry(unsigned local_row, unsigned local_column) const;
@@ -72,6 +74,7 @@ class NodalMatrix {
   std::vector<int> positions_;            ///< [slot][a][b] offset of the block within the first row of a; -1: not owned
   std::vector<std::uint8_t> constrained_; ///< [local dof], empty: none
   std::vector<std::uint8_t> slot_constrained_;
+  mutable std::vector<double> fours_; ///< x, padded
 };
 
 /// Zeroes the constrained owned entries of a vector.
