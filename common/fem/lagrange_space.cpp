@@ -1,6 +1,7 @@
 #include "common/fem/lagrange_space.h"
 
 #include "common/bus/failure.h"
+#include "common/fem/partition.h"
 
 #include <deal.II/distributed/fully_distributed_tria.h>
 #include <deal.II/dofs/dof_handler.h>
@@ -52,6 +53,7 @@ LagrangeSpace::LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, 
   number_nodes();
   collect_cells();
   cache_geometry();
+  smallest_cell_size_ = find_smallest_cell_size();
 }
 
 LagrangeSpace::~LagrangeSpace() = default;
@@ -98,7 +100,7 @@ void LagrangeSpace::distribute(const geometry::Mesh &mesh, unsigned refinements)
 
   dealii::Triangulation<3> flat;
   dealii::GridGenerator::flatten_triangulation(coarse, flat);
-  dealii::GridTools::partition_triangulation(dealii::Utilities::MPI::n_mpi_processes(communicator_), flat);
+  partition(flat, dealii::Utilities::MPI::n_mpi_processes(communicator_));
   discretisation_->triangulation.create_triangulation(
       dealii::TriangulationDescription::Utilities::create_description_from_triangulation(flat, communicator_));
   n_global_cells_ = discretisation_->triangulation.n_global_active_cells();
@@ -222,7 +224,7 @@ geometry::Point3 LagrangeSpace::quadrature_point(unsigned slot, unsigned q) cons
 
 double LagrangeSpace::cell_size(unsigned slot) const { return std::cbrt(discretisation_->cells[slot]->measure()); }
 
-double LagrangeSpace::smallest_cell_size() const {
+double LagrangeSpace::find_smallest_cell_size() const {
   double smallest = std::numeric_limits<double>::max();
   for (unsigned slot = 0; slot < n_slots(); ++slot)
     if (slot_used_[slot])

@@ -84,7 +84,7 @@ class LagrangeSpace {
   geometry::Point3 quadrature_point(unsigned slot, unsigned q) const;
   /// Edge length of the cell: (volume)^(1/3) [m].
   double cell_size(unsigned slot) const;
-  double smallest_cell_size() const; ///< over all ranks
+  double smallest_cell_size() const { return smallest_cell_size_; } ///< over all ranks
 
   // boundary
   bool has_label(const std::string &label) const;
@@ -99,6 +99,7 @@ class LagrangeSpace {
   void number_nodes();
   void collect_cells();
   void cache_geometry();
+  double find_smallest_cell_size() const;
   unsigned label_id(const std::string &label) const;
   unsigned nodes_per_face() const;
 
@@ -107,6 +108,7 @@ class LagrangeSpace {
   MPI_Comm communicator_;
   unsigned degree_;
   std::vector<std::string> labels_, material_names_;
+  double smallest_cell_size_ = 0;
   unsigned n_owned_nodes_ = 0, n_local_nodes_ = 0, nodes_per_cell_ = 0, n_q_ = 0, n_batches_ = 0, n_owned_batches_ = 0;
   std::uint64_t n_global_cells_ = 0;
   std::vector<geometry::Point3> points_;

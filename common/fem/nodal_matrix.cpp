@@ -2,6 +2,7 @@
 
 #include "common/bus/failure.h"
 #include "common/fem/block_product_kernel.h"
+#include "common/fem/insertion_kernel.h"
 
 #include <deal.II/lac/trilinos_sparsity_pattern.h>
 
@@ -79,34 +80,35 @@ void NodalMatrix::clear() { std::fill(values_, values_ + row_begin_[n_rows_], 0.
 
 void NodalMatrix::add_batch(unsigned batch, const Lanes *K) {
   const unsigned n = space_.nodes_per_cell(), c = components_;
-  for (unsigned lane = 0; lane < n_lanes; ++lane) {
-    const unsigned slot = batch * n_lanes + lane;
-    if (!space_.slot_used(slot))
-      continue;
-    const unsigned *nodes = space_.cell_nodes(slot);
-    const int *positions = &positions_[std::size_t(slot) * n * n];
-    const bool constrained = slot_constrained_[slot];
-    for (unsigned a = 0; a < n; ++a) {
-      if (positions[a * n] < 0)
+  BatchRows rows{n, c, 0, {}, {}, {}, {}};
+  for (unsigned a = 0; a < n; ++a) {
+    rows.n_used = 0;
+    for (unsigned lane = 0; lane < n_lanes; ++lane) {
+      const unsigned slot = batch * n_lanes + lane;
+      const int *positions = &positions_[(std::size_t(slot) * n + a) * n];
+      if (!space_.slot_used(slot) || positions[0] < 0)
         continue;
-      for (unsigned i = 0; i < c; ++i) {
-        const unsigned row = nodes[a] * c + i;
-        double *values = values_ + row_begin_[row];
-        for (unsigned b = 0; b < n; ++b) {
-          const Lanes *block = K + ((a * n + b) * c + i) * c;
-          double *target = values + positions[a * n + b];
-          if (!constrained)
-            for (unsigned j = 0; j < c; ++j)
-              target[j] += block[j][lane];
-          else
-            for (unsigned j = 0; j < c; ++j) {
-              const unsigned column = nodes[b] * c + j;
-              if (row == column || !(constrained_[row] || constrained_[column]))
-                target[j] += block[j][lane];
-            }
-        }
+      if (slot_constrained_[slot]) {
+        add_constrained_row(slot, a, lane, K + a * n * c * c);
+        continue;
       }
+      const unsigned row = space_.cell_nodes(slot)[a] * c, k = rows.n_used++;
+      rows.lane[k] = lane;
+      rows.row[k] = values_ + row_begin_[row];
+      rows.length[k] = row_begin_[row + 1] - row_begin_[row];
+      rows.position[k] = positions;
     }
+    insert_rows(rows, K + a * n * c * c);
+  }
+}
+
+void NodalMatrix::add_constrained_row(unsigned slot, unsigned a, unsigned lane, const Lanes *K) {
+  const unsigned n = space_.nodes_per_cell(), c = components_;
+  std::vector<double> block(c * c);
+  for (unsigned b = 0; b < n; ++b) {
+    for (unsigned k = 0; k < c * c; ++k)
+      block[k] = K[b * c * c + k][lane];
+    add_block(slot, a, b, block.data());
   }
 }
 

@@ -61,6 +61,7 @@ class NodalMatrix {
   const double *values() const { return values_; }
 
  private:
+  void add_constrained_row(unsigned slot, unsigned a, unsigned lane, const Lanes *K);
   int column_of(unsigned local_dof) const; ///< Trilinos' local number
   int position_of(int row, int column) const; ///< in the value array; -1: outside the pattern
   void collect_blocks();
