@@ -67,7 +67,6 @@ void LiftingProblem::assemble(fem::NodalMatrix &matrix) const {
 
 unsigned LiftingProblem::lift(Vector &motion) {
   const unsigned iterations = solve(motion);
-  motion.update_ghost_values();
   check(motion);
   return iterations;
 }
@@ -99,6 +98,7 @@ unsigned LiftingProblem::solve(Vector &motion) {
 
 void LiftingProblem::check(const Vector &motion) {
   const bus::Stopwatch::Section section(stopwatch, "check of the mesh");
+  const fem::GhostValues ghosts(motion);
   const unsigned n = space_.nodes_per_cell();
   unsigned worst_slot = 0;
   smallest_J_ = std::numeric_limits<double>::max();

@@ -101,7 +101,7 @@ void NavierStokesProblem::forget_preconditioner() {
 }
 
 void NavierStokesProblem::prepare(const Vector &motion) {
-  d_np1_ = motion;
+  fem::copy_owned(motion, d_np1_);
   d_np1_.update_ghost_values();
   if (interface_)
     interface_->move(d_np1_);
@@ -136,11 +136,11 @@ void NavierStokesProblem::update_constraints() {
       fem::fix_vector(space_, 4, orifice->label, constrained_);
   A_.set_constraints(constrained_);
   preconditioner_.reset();
-  x_nm1_ = x_n_; // no extrapolation over the switch of a valve
+  fem::copy_owned(x_n_, x_nm1_); // no extrapolation over the switch of a valve
 }
 
 void NavierStokesProblem::set_guess() {
-  guess_ = x_n_;
+  fem::copy_owned(x_n_, guess_);
   guess_.sadd(2., -1., x_nm1_);
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) // to be added anew, about as much
     guess_.local_element(4 * node + 3) -= added_pressure_ / pressure_scale_;
@@ -297,7 +297,7 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   if (iteration == 0 && fresh_iterations_ == 0)
     fresh_iterations_ = last_iterations_;
 
-  x_ = guess_;
+  fem::copy_owned(guess_, x_);
   x_ += increment_;
   x_.update_ghost_values();
   force_ = 0;
@@ -323,16 +323,16 @@ void NavierStokesProblem::update_datum(const Vector &wall_velocity, const Vector
 }
 
 void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
-  x_ = x;
+  fem::copy_owned(x, x_);
   x_.update_ghost_values();
   force_ = blood_force;
 }
 
 void NavierStokesProblem::commit() {
-  x_nm1_ = x_n_;
-  x_n_ = x_;
+  fem::copy_owned(x_n_, x_nm1_);
+  fem::copy_owned(x_, x_n_);
   x_n_.update_ghost_values();
-  d_n_ = d_np1_;
+  fem::copy_owned(d_np1_, d_n_);
   d_n_.update_ghost_values();
   update_averages();
 }
@@ -369,7 +369,8 @@ NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_veloc
   Budget budget;
   if (!interface_)
     return budget;
-  Vector jump = x_, datum_change = space_.make_vector(4); // off the interface nothing reads the jump
+  Vector jump = space_.make_vector(4), datum_change(jump); // off the interface nothing reads the jump
+  fem::copy_owned(x_, jump);
   jump -= wall_velocity;
   jump.update_ghost_values();
   budget.volume_defect = volume_defect(wall_velocity);

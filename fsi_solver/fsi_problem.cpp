@@ -37,7 +37,8 @@ fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
   Vector x = space_.make_vector();
   space_.clear_wall(d);
   space_.merge(fluid_.guess(), d, x);
-  Vector d_n(solid_.d_n), other_start(x);
+  Vector d_n(d), other_start(x);
+  fem::copy_owned(solid_.d_n, d_n);
   space_.clear_wall(d_n);
   space_.merge(fluid_.guess(), d_n, other_start);
   const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_, &other_start);

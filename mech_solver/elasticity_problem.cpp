@@ -115,8 +115,7 @@ void ElasticityProblem::refuse() const {
 void ElasticityProblem::solid_forces(const fem::Vector &d, fem::Vector &r) {
   const double dt = dt_;
   dt_ = 0;
-  tension.update_ghost_values();
-  d.update_ghost_values();
+  const fem::GhostValues ghosts(d), ghosts_of_tension(tension);
   r = 0;
   add_cells(d, r);
   pericardium_.add_force(d, nullptr, r);
@@ -126,8 +125,7 @@ void ElasticityProblem::solid_forces(const fem::Vector &d, fem::Vector &r) {
 }
 
 void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &tension_change, fem::Vector &r) const {
-  d.update_ghost_values();
-  tension_change.update_ghost_values();
+  const fem::GhostValues ghosts(d), ghosts_of_tension(tension_change);
   r = 0;
   CellData data;
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
@@ -152,7 +150,7 @@ fem::Vector ElasticityProblem::unit_pressure_force() const {
 }
 
 void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const {
-  d.update_ghost_values();
+  const fem::GhostValues ghosts(d);
   fem::Vector weight(stretch);
   stretch = 0;
   weight = 0;
@@ -247,7 +245,7 @@ void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
 
 fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector &r) {
   const bus::Stopwatch::Section section(stopwatch, "residual");
-  d.update_ghost_values();
+  const fem::GhostValues ghosts(d);
   r = 0;
   add_cells(d, r);
   fem::ResidualSize size;
@@ -271,7 +269,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
 
 void ElasticityProblem::linearise(const fem::Vector &d) {
   const bus::Stopwatch::Section section(stopwatch, "tangent");
-  d.update_ghost_values();
+  const fem::GhostValues ghosts(d);
   update_time_terms(d);
   tangent_.clear();
   CellData data;

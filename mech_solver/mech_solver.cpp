@@ -206,7 +206,7 @@ void MechSolver::refresh() {
 void MechSolver::choose_start(const bus::Step &step) {
   if (step.iteration > 0)
     return;
-  d_ = problem_.d_n;
+  fem::copy_owned(problem_.d_n, d_);
   d_.sadd(2.0, -1.0, problem_.d_nm1);
   if (correction_ != 0) // to be added anew, about as much
     d_.add(-correction_, response_);
@@ -214,7 +214,7 @@ void MechSolver::choose_start(const bus::Step &step) {
 
 void MechSolver::commit_step(const bus::Step &step) {
   problem_.d_nm1.swap(problem_.d_n);
-  problem_.d_n = d_;
+  fem::copy_owned(d_, problem_.d_n);
   force_generation_.commit();
   blood_force_n_ = blood_force_;
   if (writer_ && output_.due(step.number, step.size))

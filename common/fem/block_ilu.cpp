@@ -189,20 +189,14 @@ void BlockILU::factorise(const NodalMatrix &matrix) {
 }
 
 void BlockILU::vmult(Vector &y, const Vector &x) const {
-  const bool had_ghosts = x.has_ghost_elements();
-  x.update_ghost_values();
+  const GhostValues ghosts(x);
   solve_block_ilu(factors(), n_owned_, x.begin(), y.begin(), work_.data());
-  if (!had_ghosts)
-    x.zero_out_ghost_values(); // else deal.II would update them after each change of x
 }
 
 void BlockILU::vmult_threefold(Vector &y, const Vector &x) const {
-  const bool had_ghosts = x.has_ghost_elements();
-  x.update_ghost_values();
+  const GhostValues ghosts(x);
   work_.resize(4 * end_.size() / 2);
   solve_ilu_threefold(factors(), n_owned_, x.begin(), y.begin(), work_.data());
-  if (!had_ghosts)
-    x.zero_out_ghost_values();
 }
 
 BlockFactors BlockILU::factors() const {

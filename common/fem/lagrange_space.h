@@ -16,6 +16,28 @@ namespace heartbus::fem {
 
 using Vector = dealii::LinearAlgebra::distributed::Vector<double>;
 
+/// Ghost values of a vector for the time of a scope. While they are on, deal.II renews them after each change of the vector
+/// and of its copies, each time by a message.
+class GhostValues {
+ public:
+  explicit GhostValues(const Vector &v) : v_(v), were_on_(v.has_ghost_elements()) { v.update_ghost_values(); }
+  GhostValues(const GhostValues &) = delete;
+  ~GhostValues() {
+    if (!were_on_)
+      v_.zero_out_ghost_values();
+  }
+
+ private:
+  const Vector &v_;
+  const bool were_on_;
+};
+
+/// Copies the owned values alone; ghost values of the target are off.
+inline void copy_owned(const Vector &from, Vector &to) {
+  to.zero_out_ghost_values();
+  to.copy_locally_owned_data_from(from);
+}
+
 /// The faces of one boundary label that belong to this rank's cells (see LagrangeSpace), with all that surface integrals
 /// over the reference configuration need. Index f runs over faces, q over quadrature points, a over nodes of the cell.
 struct BoundaryFaces {

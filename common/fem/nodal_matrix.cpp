@@ -135,23 +135,17 @@ void NodalMatrix::add_diagonal(unsigned local_dof, double value) {
 }
 
 void NodalMatrix::vmult(Vector &y, const Vector &x) const {
-  const bool had_ghosts = x.has_ghost_elements();
-  x.update_ghost_values();
+  const GhostValues ghosts(x);
   multiply({components_, n_rows_ / int(components_), row_begin_, values_, block_begin_.data(), block_columns_.data()},
            x.begin(), y.begin());
-  if (!had_ghosts)
-    x.zero_out_ghost_values(); // else deal.II would update them after each change of x
 }
 
 void NodalMatrix::vmult_threefold(Vector &y, const Vector &x) const {
-  const bool had_ghosts = x.has_ghost_elements();
-  x.update_ghost_values();
+  const GhostValues ghosts(x);
   fours_.resize(4 * std::size_t(space_.n_local_nodes()));
   for (unsigned k = 0; k < 3 * space_.n_local_nodes(); ++k)
     fours_[k / 3 * 4 + k % 3] = x.begin()[k];
   multiply_threefold({1, n_rows_, row_begin_, values_, block_begin_.data(), block_columns_.data()}, fours_.data(), y.begin());
-  if (!had_ghosts)
-    x.zero_out_ghost_values();
 }
 
 /// Trilinos numbers ghost columns its own way; the product reads them where deal.II's vectors have them.
