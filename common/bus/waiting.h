@@ -26,8 +26,9 @@ struct Habit {
   double last = 0, before = 0;
 };
 
-/// Waits asleep: spins 50 us (most answers come at once), sleeps through half of what a recurring wait took, or three
-/// quarters of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at
+/// Waits asleep until the bell rings. For what does not ring (senders on other nodes, later stages of collective operations) it
+/// also looks by itself: it spins 50 us (most answers come at once), sleeps through half of what a recurring wait took, or
+/// three quarters of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at
 /// most 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also calls
 /// `poll`, which looks for an order to leave and throws it.
 class Waiting {
