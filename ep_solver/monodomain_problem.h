@@ -2,6 +2,7 @@
 
 #include "common/bus/stopwatch.h"
 #include "common/fem/linear_solver.h"
+#include "common/fem/rounded_matrix.h"
 #include "ep_solver/monodomain_kernel.h"
 
 namespace heartbus::ep {
@@ -26,9 +27,13 @@ class MonodomainProblem {
   bus::Stopwatch stopwatch;
 
  private:
+  double subtract_product(const fem::Vector &v);
+  fem::LinearStatistics correct(fem::Vector &v, double reduction);
+
   fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K
   double tolerance_, dt_ = 0;
   std::string preconditioner_kind_;
+  std::unique_ptr<fem::RoundedMatrix> rounded_A_; ///< for iterations
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   fem::Vector rate_, rhs_, work_, increment_;
 };

@@ -84,7 +84,7 @@ void FsiProblem::apply(Vector &y, const Vector &x) {
   space_.split(x, x_f_, d_);
   space_.move_wall(x_f_, dt_, d_);
   fluid_.apply(y_f_, x_f_);
-  solid_.tangent().vmult(y_s_, d_);
+  solid_.apply_tangent(y_s_, d_);
   space_.add_force(y_s_, y_f_);
   fem::zero_constrained(y_f_, fluid_.constraints());
   space_.clear_wall(y_s_);

@@ -293,6 +293,7 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   for (const auto &surface : end_)
     if (end_pressure != 0)
       surface.add_tangent(end_pressure, d, tangent_);
+  rounded_tangent_ = std::make_unique<fem::RoundedMatrix>(tangent_);
   has_tangent_ = true;
   ++n_tangents_;
 }
@@ -307,9 +308,10 @@ unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, d
     preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
   }
   const bus::Stopwatch::Section section(stopwatch, "linear solve");
-  const unsigned iterations = fem::solve_linear("elasticity", dynamic ? "cg" : "gmres", tangent_, dx, force,
-                                                *preconditioner_, std::max(solver_.linear_tolerance, tolerance),
-                                                dynamic ? 500 : 2000)
+  const unsigned iterations = fem::solve_linear(
+                                  "elasticity", dynamic ? "cg" : "gmres",
+                                  [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
+                                  *preconditioner_, std::max(solver_.linear_tolerance, tolerance), dynamic ? 500 : 2000)
                                   .iterations;
   if (renewed)
     usual_iterations_ = iterations;

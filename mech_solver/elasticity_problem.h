@@ -5,6 +5,7 @@
 #include "common/fem/fibres.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/newton.h"
+#include "common/fem/rounded_matrix.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
 
@@ -55,6 +56,7 @@ class ElasticityProblem {
   const fem::Constraints &constrained() const { return constrained_; }
   const fem::LagrangeSpace &space() const { return space_; }
   const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`
+  void apply_tangent(fem::Vector &y, const fem::Vector &x) const { rounded_tangent_->vmult(y, x); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
@@ -103,6 +105,7 @@ class ElasticityProblem {
   unsigned worst_slot_ = 0;
 
   fem::NodalMatrix tangent_;
+  std::unique_ptr<fem::RoundedMatrix> rounded_tangent_; ///< for iterations
   bool has_tangent_ = false;
   unsigned n_tangents_ = 0;
   std::unique_ptr<fem::Preconditioner> preconditioner_;

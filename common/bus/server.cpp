@@ -196,7 +196,10 @@ void Server::report() {
   std::vector<double> sums;
   for (const double *summand : all)
     sums.push_back(*summand);
-  sums = link_.sum(sums);
+  {
+    const Stopwatch::Section waiting(parts_, "waiting"); // for the slowest rank
+    sums = link_.sum(sums);
+  }
   for (std::size_t k = 0; k < all.size(); ++k)
     *all[k] = sums[k];
   if (link_.is_root())

@@ -1,7 +1,6 @@
 #include "common/fem/block_ilu_kernel.h"
 
-#include "common/fem/fours.h"
-#include "common/fem/prefetch.h"
+#include "common/fem/block_products.h"
 #include "common/fem/sparse_dot.h"
 
 #include <algorithm>
@@ -9,21 +8,9 @@
 namespace heartbus::fem {
 namespace {
 
-/// The sum over blocks [first, last) of their products. One sum a column of the blocks: a single one would wait for each
-/// addition to end. With three components the fourth number is never used.
 template <unsigned b>
 HEARTBUS_INLINE Double4 products(const BlockFactors &ilu, int first, int last, const double *z) {
-  Double4 sums[b] = {};
-  for (int k = first; k < last; ++k) {
-    const float *block = ilu.factors + long(b * b) * k;
-    prefetch_ahead(block, b * b);
-    const Double4 v = load4(z + 4 * ilu.columns[k]);
-    for (unsigned j = 0; j < b; ++j)
-      sums[j] += load4(block + b * j) * v[j];
-  }
-  for (unsigned j = 1; j < b; ++j)
-    sums[0] += sums[j];
-  return sums[0];
+  return block_products<b>(ilu.factors, ilu.columns, first, last, z);
 }
 
 template <unsigned b>

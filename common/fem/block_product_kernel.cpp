@@ -1,7 +1,6 @@
 #include "common/fem/block_product_kernel.h"
 
-#include "common/fem/fours.h"
-#include "common/fem/prefetch.h"
+#include "common/fem/block_products.h"
 #include "common/fem/sparse_dot.h"
 
 namespace heartbus::fem {
@@ -59,6 +58,15 @@ HEARTBUS_INLINE void multiply_blocks<4>(const BlockRows &A, const double *x, dou
   }
 }
 
+template <unsigned b>
+HEARTBUS_INLINE void multiply_rounded_blocks(const RoundedRows &A, const double *x, double *y) {
+  for (int i = 0; i < A.n_nodes; ++i) {
+    const Double4 sums = block_products<b>(A.values, A.columns, A.begin[i], A.begin[i + 1], x);
+    for (unsigned r = 0; r < b; ++r)
+      y[b * i + r] = sums[r];
+  }
+}
+
 } // namespace
 
 HEARTBUS_SIMD void multiply(const BlockRows &A, const double *x, double *y) {
@@ -79,6 +87,15 @@ HEARTBUS_SIMD void multiply_threefold(const BlockRows &A, const double *x, doubl
     for (unsigned c = 0; c < 3; ++c)
       y[3 * i + c] = sums[c];
   }
+}
+
+HEARTBUS_SIMD void multiply_rounded(const RoundedRows &A, const double *x, double *y) {
+  if (A.b == 3)
+    return multiply_rounded_blocks<3>(A, x, y);
+  if (A.b == 4)
+    return multiply_rounded_blocks<4>(A, x, y);
+  for (int i = 0; i < A.n_nodes; ++i)
+    y[i] = sparse_dot(A.values + A.begin[i], A.columns + A.begin[i], A.begin[i + 1] - A.begin[i], x);
 }
 
 } // namespace heartbus::fem

@@ -19,4 +19,15 @@ void multiply(const BlockRows &A, const double *x, double *y);
 /// three.
 void multiply_threefold(const BlockRows &A, const double *x, double *y);
 
+/// A matrix as RoundedMatrix stores it.
+struct RoundedRows {
+  unsigned b; ///< 1, 3 or 4
+  int n_nodes;
+  const int *begin, *columns;
+  const float *values;
+};
+
+/// y = A x; with b = 3 x holds four numbers a node, else b.
+void multiply_rounded(const RoundedRows &A, const double *x, double *y);
+
 } // namespace heartbus::fem

@@ -1,3 +1,4 @@
+#include "common/fem/block_ilu.h"
 #include "common/fem/lagrange_space.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
@@ -149,6 +150,62 @@ TEST(LagrangeSpace, PoissonConvergesWithOrderTwoAndThreeOnTetrahedra) {
   };
   EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(8), 0, 1)), 2, 0.2);
   EXPECT_NEAR(std::log2(poisson_error(mesh(3), 0, 2) / poisson_error(mesh(6), 0, 2)), 3, 0.3);
+}
+
+TEST(NodalMatrix, ThreefoldProductIsThatOfEachComponent) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
+  fem::NodalMatrix A(space, 1);
+  assemble_laplace(space, A);
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+    A.add_diagonal(node, 1);
+  const fem::BlockILU ilu(A);
+  fem::Vector x = space.make_vector(3), y(x), z(x), x_i = space.make_vector(1), y_i(x_i), z_i(x_i);
+  for (unsigned k = 0; k < x.locally_owned_size(); ++k)
+    x.local_element(k) = std::cos(7. * k);
+  A.vmult_threefold(y, x);
+  ilu.vmult_threefold(z, x);
+  for (unsigned i = 0; i < 3; ++i) {
+    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+      x_i.local_element(node) = x.local_element(3 * node + i);
+    A.vmult(y_i, x_i);
+    ilu.vmult(z_i, x_i);
+    for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
+      EXPECT_NEAR(y.local_element(3 * node + i), y_i.local_element(node), 1e-13);
+      EXPECT_NEAR(z.local_element(3 * node + i), z_i.local_element(node), 1e-13);
+    }
+  }
+}
+
+namespace {
+
+unsigned iterations_with_ilu(MPI_Comm communicator) {
+  const fem::LagrangeSpace space(communicator, geometry::make_box({0, 0, 0}, {1, 1, 1}, {16, 16, 16}));
+  fem::NodalMatrix A(space, 1);
+  assemble_laplace(space, A);
+  fem::Vector x = space.make_vector(1), b(x);
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
+    A.add_diagonal(node, space.cell_size(0)); // as mass dominates a time step
+    b.local_element(node) = std::sin(30 * space.points()[node][0] + 20 * space.points()[node][1]);
+  }
+  return solve_linear("a box", "cg", A, x, b, fem::BlockILU(A), 1e-8).iterations;
+}
+
+} // namespace
+
+TEST(BlockILU, OverlapMakesUpForTheBorderBetweenRanks) {
+  const unsigned alone = iterations_with_ilu(MPI_COMM_SELF), together = iterations_with_ilu(MPI_COMM_WORLD);
+  EXPECT_GT(alone, 5u);
+  EXPECT_LE(together, alone + 2);
+}
+
+TEST(Partition, RanksVisitEquallyManyCells) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {8, 8, 16}));
+  unsigned visited = 0;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    visited += space.slot_used(slot);
+  const unsigned most = dealii::Utilities::MPI::max(visited, MPI_COMM_WORLD);
+  const double mean = global_sum(visited) / dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD);
+  EXPECT_LE(most, 1.03 * mean); // equal numbers of own cells: 1.06
 }
 
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
