@@ -104,7 +104,7 @@ def costs(results, ranks):
     points = indicators["points"]
     unknowns = sum(4 * p.get("cavity", 0) for name, p in points.items() if name in ("fluid", "fsi"))
     unknowns += sum(3 * p.get("tissue", 0) for name, p in points.items() if name in ("mech", "fsi"))
-    result = {"step_ms": step_ms, "unknowns": unknowns, "memory_MiB": indicators["peak_memory_MiB"], "parts": {},
+    result = {"step_ms": step_ms, "unknowns": unknowns, "memory_MiB": indicators["peak_memory_MiB"], "parts": {}, "points": points,
               "iterations": {name: float(history[name][-n:].mean()) for name in history.columns if "iterations" in name}}
     for name, works in indicators["wall_s_by_work"].items():
         result["parts"][name] = {

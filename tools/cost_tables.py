@@ -4,8 +4,8 @@ import statistics
 LAST = ["other", "bus", "waiting"]
 
 
-def table(case, cost):
-    """Participants side by side; below each the parts of its work, the dearest first."""
+def table(case, cost, limits=None):
+    """Participants side by side; below each the parts of its work, the dearest first, each beside its limit."""
     lines = [f"\n{case}: {cost['step_ms']:.2f} ms a step, {cost['memory_MiB']:.0f} MiB"]
     if "us_per_unknown" in cost:
         lines[0] += (f", {cost['unknowns']:.0f} unknowns of fluid and solid: {cost['us_per_unknown']:.2f} us each a step, "
@@ -14,7 +14,10 @@ def table(case, cost):
         lines.append(f"  {name:18} {part['busy_ms']:9.3f} ms busy {part['cpu_ms']:9.3f} ms cpu {part['memory_MiB']:7.0f} MiB")
         work = part["ms"]
         order = sorted(set(work) - set(LAST), key=work.get, reverse=True) + [last for last in LAST if last in work]
-        lines += [f"    {piece:16} {work[piece]:9.3f} ms" for piece in order]
+        for piece in order:
+            lines.append(f"    {piece:17} {work[piece]:8.3f} ms")
+            if limit := (limits or {}).get(name, {}).get(piece):
+                lines[-1] += f", limit {limit:7.3f} ms, {work[piece] / limit:6.1f} times"
     lines.append("  iterations: " + ", ".join(f"{name.removesuffix('_iterations')} {value:.1f}"
                                               for name, value in cost["iterations"].items()))
     return "\n".join(lines)

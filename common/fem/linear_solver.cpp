@@ -69,10 +69,29 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
 
 namespace {
 
+/// Iterations of conjugate gradients on several ranks before GMRES takes over.
+constexpr unsigned patience = 60;
+
 struct OperatorMatrix {
   const Operator &apply;
   void vmult(Vector &y, const Vector &x) const { apply(y, x); }
 };
+
+/// Conjugate gradients, flexible because the factorisation is not symmetric on several ranks. Where mass does not dominate
+/// (large steps on fine meshes) that can make them stagnate: returns whether they have converged.
+template <class Matrix>
+bool conjugate_gradients(const Matrix &A, Vector &x, const Vector &b, const Preconditioner &preconditioner,
+                         LinearStatistics &statistics, double wanted, unsigned max_iterations) {
+  dealii::SolverControl control(max_iterations, wanted);
+  try {
+    dealii::SolverFlexibleCG<Vector>(control).solve(A, x, b, preconditioner);
+  } catch (const dealii::SolverControl::NoConvergence &) {
+    if (!std::isfinite(control.last_value()))
+      x = 0;
+  }
+  statistics = {control.last_step(), control.initial_value(), control.last_value()};
+  return control.last_check() == dealii::SolverControl::success;
+}
 
 template <class Matrix>
 LinearStatistics solve(const std::string &what, const std::string &method, const Matrix &A, Vector &x, const Vector &b,
@@ -84,21 +103,23 @@ LinearStatistics solve(const std::string &what, const std::string &method, const
     x = 0;
     return {};
   }
+  LinearStatistics statistics;
+  const bool alone = dealii::Utilities::MPI::n_mpi_processes(b.get_mpi_communicator()) == 1;
+  if (method == "cg" && conjugate_gradients(A, x, b, preconditioner, statistics, tolerance * norm,
+                                            alone ? max_iterations : std::min(patience, max_iterations)))
+    return statistics;
   dealii::SolverControl control(max_iterations, tolerance * norm);
   try {
-    if (method == "cg") // flexible: the factorisation is not symmetric on several ranks
-      dealii::SolverFlexibleCG<Vector>(control).solve(A, x, b, preconditioner);
-    else
-      // Right preconditioning: the residual that is tested is the true one.
-      dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(80, true))
-          .solve(A, x, b, preconditioner);
+    // Right preconditioning: the residual that is tested is the true one.
+    dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(80, true))
+        .solve(A, x, b, preconditioner);
   } catch (const dealii::SolverControl::NoConvergence &e) {
     std::ostringstream message;
-    message << what << ": " << method << " stopped after " << e.last_step << " iterations at a residual of "
+    message << what << ": " << method << " stopped after " << statistics.iterations + e.last_step << " iterations at a residual of "
             << e.last_residual / norm << " of the right-hand side, wanted " << tolerance;
     throw Failure(std::isfinite(e.last_residual) ? ExitCode::not_converged : ExitCode::not_finite, message.str());
   }
-  return {control.last_step(), control.initial_value(), control.last_value()};
+  return {statistics.iterations + control.last_step(), control.initial_value(), control.last_value()};
 }
 
 } // namespace

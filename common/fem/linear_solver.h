@@ -25,7 +25,8 @@ class Preconditioner {
 /// constants). Collective; keeps what it needs of the matrix, so the matrix may change afterwards.
 std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix);
 
-/// Solves A x = b to |b - A x| <= tolerance * |b| starting from x. `method` "cg" (symmetric A) or "gmres". Zero b gives zero x.
+/// Solves A x = b to |b - A x| <= tolerance * |b| starting from x. `method` "cg" (symmetric A; on several ranks GMRES goes on where
+/// these stagnate) or "gmres". Zero b gives zero x.
 /// Throws Failure(not_converged) naming `what`, the iterations and the residual reached; Failure(not_finite) on NaN.
 LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
                               const Vector &b, const Preconditioner &preconditioner, double tolerance,

@@ -198,6 +198,34 @@ TEST(BlockILU, OverlapMakesUpForTheBorderBetweenRanks) {
   EXPECT_LE(together, alone + 2);
 }
 
+namespace {
+
+/// Far from symmetric.
+struct Skewed : fem::Preconditioner {
+  void vmult(fem::Vector &y, const fem::Vector &x) const override {
+    for (unsigned i = 0; i < x.locally_owned_size(); ++i)
+      y.local_element(i) = x.local_element(i) + 0.9 * x.local_element(i > 0 ? i - 1 : 0);
+  }
+};
+
+} // namespace
+
+TEST(SolveLinear, GMRESGoesOnWhereConjugateGradientsStagnate) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {6, 6, 6}));
+  fem::NodalMatrix A(space, 1);
+  assemble_laplace(space, A);
+  fem::Vector x = space.make_vector(1), b(x), r(x);
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
+    A.add_diagonal(node, space.cell_size(0));
+    b.local_element(node) = std::sin(30 * space.points()[node][0]);
+  }
+  const auto statistics = solve_linear("a box", "cg", A, x, b, Skewed(), 1e-8, 300);
+  EXPECT_GT(statistics.iterations, 60u); // those in vain count, too
+  A.vmult(r, x);
+  r -= b;
+  EXPECT_LE(r.l2_norm(), 1e-8 * b.l2_norm());
+}
+
 TEST(Partition, RanksVisitEquallyManyCells) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {8, 8, 16}));
   unsigned visited = 0;
