@@ -6,7 +6,7 @@
 
 namespace heartbus::ep {
 
-/// Mass and stiffness matrices of eight cells: M_ab = int phi_a phi_b, K_ab = int grad phi_a . D grad phi_b, with
+/// Mass and stiffness matrices of a batch of cells: M_ab = int phi_a phi_b, K_ab = int grad phi_a . D grad phi_b, with
 /// `shapes` [q][a], `gradients` [q][a][3], `JxW` [q] and `D` [q] of the batch. M and K: [a][b].
 void monodomain_matrices(unsigned n_q, unsigned n, const double *shapes, const fem::Lanes *gradients,
                          const fem::Lanes *JxW, const fem::Mat3<fem::Lanes> *D, fem::Lanes *M, fem::Lanes *K);

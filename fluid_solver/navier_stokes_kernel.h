@@ -4,7 +4,7 @@
 
 namespace heartbus::fluid {
 
-/// Eight cells of the linearised, stabilised Navier-Stokes equations on the moving mesh, integrated on the reference
+/// A batch of cells of the linearised, stabilised Navier-Stokes equations on the moving mesh, integrated on the reference
 /// cell (paper, eq. (navierstokes-discrete)): with F = I + grad d, J = det F, gradients F^{-T} grad N, u* = u^n -
 /// u_ALE,
 ///

@@ -24,7 +24,7 @@ std::vector<double> unit_cell_nodes(unsigned nodes_per_cell) {
   return nodes;
 }
 
-/// The components [first, first + count) of a nodal field at the nodes of eight cells.
+/// The components [first, first + count) of a nodal field at the nodes of a batch of cells.
 void gather(const fem::LagrangeSpace &space, unsigned batch, const Vector &field, unsigned components, unsigned count,
             Lanes *values) {
   const double *v = field.begin();

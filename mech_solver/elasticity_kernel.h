@@ -5,7 +5,7 @@
 
 namespace heartbus::mech {
 
-/// Eight cells of the elastodynamics equation, weak form over the reference configuration (paper, eq.
+/// A batch of cells of the elastodynamics equation, weak form over the reference configuration (paper, eq.
 /// (elastodynamics)):
 ///
 ///     r(phi) = int rho a . phi + int (P_pas(F) + P_act(F, T)) : grad phi

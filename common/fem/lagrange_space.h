@@ -58,7 +58,7 @@ struct BoundaryFaces {
 ///
 /// Nodes: local numbering, owned first, then ghosts. Cells: those owned, then those ghost cells that touch an owned
 /// node; so every row of an owned node can be assembled completely here, without communication. Cells sit in *slots*,
-/// eight (n_lanes) slots to a *batch*; unused slots at the end of the owned and of the ghost batches have JxW = 0 and
+/// four (n_lanes) slots to a *batch*; unused slots at the end of the owned and of the ghost batches have JxW = 0 and
 /// repeat the nodes of a real cell.
 ///
 /// Finite element, quadrature, mapping and partition are chosen in lagrange_space.cpp and nowhere else.

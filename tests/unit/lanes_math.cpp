@@ -50,7 +50,7 @@ TEST(LanesMath, LogarithmAgreesWithTheStandardLibrary) {
 
 TEST(LanesMath, NonsenseStaysVisible) {
   const double nan = std::nan("");
-  Lanes x = {nan, -1, 0, 1, 1, 1, 1, 1}, e, l;
+  Lanes x = {nan, -1, 0, 1}, e, l;
   exponential(&x, &e);
   logarithm(&x, &l);
   EXPECT_TRUE(std::isnan(e[0]));
