@@ -42,9 +42,26 @@ struct ParticipantInfo {
 struct Command {
   /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
   /// trace: note from now on what is done when, and hand it over in the end; ordered by Coordinator::trace.
-  enum class Kind { prepare, solve, commit, task, send, receive, report, finish, connect, save, load, refresh, trace };
+  /// pass_turn, take_turn: like send and receive, without a field; for those who share cores.
+  enum class Kind {
+    prepare,
+    solve,
+    commit,
+    task,
+    send,
+    receive,
+    report,
+    finish,
+    connect,
+    save,
+    load,
+    refresh,
+    trace,
+    pass_turn,
+    take_turn
+  };
   Kind kind = Kind::solve;
-  std::string task; ///< of Kind::task; of save and load the folder
+  std::string task; ///< of Kind::task; of save and load the folder; of pass_turn and take_turn the other participant
   int route = -1;   ///< of send and receive
   Step step;
 };

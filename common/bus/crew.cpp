@@ -7,6 +7,14 @@
 
 namespace heartbus::bus {
 
+namespace {
+
+bool waits_for_others(const Command &command) {
+  return command.kind == Command::Kind::receive || command.kind == Command::Kind::take_turn;
+}
+
+} // namespace
+
 void Crew::sent(const std::string &participant, const std::vector<Command> &commands) {
   Work &work = work_[participant];
   if (work.commands.empty())
@@ -28,7 +36,7 @@ bool Crew::idle(const std::string &participant) const {
 void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
   const auto now = std::chrono::steady_clock::now();
   for (const auto &[participant, work] : work_) {
-    if (work.commands.empty() || work.commands.front().kind == Command::Kind::receive ||
+    if (work.commands.empty() || waits_for_others(work.commands.front()) ||
         now - work.since < std::chrono::duration<double>(seconds))
       continue;
     std::ostringstream message;
@@ -43,11 +51,13 @@ std::string Crew::why_late(std::string participant, const std::vector<RouteName>
     if (idle(participant))
       return chain + "; " + participant + " has not been ordered to do anything more";
     const Command &command = work_.at(participant).commands.front();
-    if (command.kind != Command::Kind::receive)
+    if (!waits_for_others(command))
       return chain + "; " + participant + " is busy with " + kind_of_work(command) + ", " + describe(command.step);
-    const RouteName &route = routes.at(command.route);
-    chain += "; " + participant + " itself waits for '" + route.field + "' from " + route.from;
-    participant = route.from;
+    const bool takes_turn = command.kind == Command::Kind::take_turn;
+    const std::string what = takes_turn ? "its turn" : "'" + routes.at(command.route).field + "'",
+                      from = takes_turn ? command.task : routes.at(command.route).from;
+    chain += "; " + participant + " itself waits for " + what + " from " + from;
+    participant = from;
   }
   return chain + ": they wait for each other";
 }

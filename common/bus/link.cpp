@@ -90,6 +90,21 @@ void Link::post_progress() {
     mail_.send(world_.coupler(), tag_progress, nothing);
 }
 
+void Link::pass_turn(const std::string &to) {
+  const auto ranks = world_.ranks_of(to);
+  for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_) {
+    Packer nothing;
+    mail_.send(ranks[r], tag_turn, nothing);
+  }
+}
+
+void Link::take_turn(const std::string &from) {
+  const auto ranks = world_.ranks_of(from);
+  const int rank = ranks.at(local_rank_ % ranks.size());
+  waiting_.until([&] { return mail_.receive(rank, tag_turn).has_value(); },
+                 [&] { return Awaited{"its turn, which " + from + " passes on", from}; }, 1, &turns_);
+}
+
 std::vector<double> Link::sum(const std::vector<double> &values) {
   summands_ = values;
   sums_.assign(values.size(), 0.);

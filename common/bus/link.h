@@ -37,6 +37,10 @@ class Link {
     mail_.post(world_.coupler(), tag, message);
   }
   void post_progress();
+  /// Lets another participant go on: each of its ranks is told by one rank of this one.
+  void pass_turn(const std::string &to);
+  /// Waits until another participant has passed its turn on.
+  void take_turn(const std::string &from);
   /// Sum over the participant's ranks, valid on its root.
   std::vector<double> sum(const std::vector<double> &values);
 
@@ -66,7 +70,7 @@ class Link {
   World &world_;
   Mailbox mail_;
   Waiting waiting_;
-  Habit commands_; ///< of waiting for them
+  Habit commands_, turns_; ///< of waiting for them
   int local_rank_ = 0, local_size_ = 1;
   std::vector<int> own_ranks_; ///< of the world, in the order of local ranks
   int leave_code_ = 0;

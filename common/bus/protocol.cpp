@@ -120,6 +120,10 @@ std::string kind_of_work(const Command &command) {
     return "refresh";
   case Command::Kind::trace:
     return "trace";
+  case Command::Kind::pass_turn:
+    return "pass_turn";
+  case Command::Kind::take_turn:
+    return "take_turn";
   }
   return "";
 }

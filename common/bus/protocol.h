@@ -23,7 +23,8 @@ enum Tag {
   tag_leave,       ///< coupler -> every rank: the exit code; 0 after a good end
   tag_gone,        ///< every rank -> coupler: its work is done or unwound
   tag_trace,       ///< every rank -> coupler: what it has done when, if it was ordered to note that
-  tag_exit         ///< coupler -> every rank, after a failure: all have gone, the processes may end
+  tag_exit,        ///< coupler -> every rank, after a failure: all have gone, the processes may end
+  tag_turn         ///< from one participant's ranks to those of another: go on
 };
 
 /// First message to a participant.

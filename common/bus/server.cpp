@@ -39,6 +39,8 @@ std::string whose(const Command &command) {
   case Command::Kind::report:
   case Command::Kind::connect:
   case Command::Kind::trace:
+  case Command::Kind::pass_turn:
+  case Command::Kind::take_turn:
     return "bus";
   case Command::Kind::save:
   case Command::Kind::load:
@@ -107,6 +109,12 @@ void Server::execute(const Command &command) {
     return solver_.refresh();
   case Command::Kind::trace:
     return begin_trace();
+  case Command::Kind::pass_turn:
+    return link_.pass_turn(command.task);
+  case Command::Kind::take_turn: {
+    const Stopwatch::Section waiting(parts_, "waiting");
+    return link_.take_turn(command.task);
+  }
   }
 }
 

@@ -12,6 +12,7 @@ Node order(const std::string &who, const std::string &task) { return {Node::Kind
 Node transfer(const std::string &field, const std::string &from, const std::string &to) {
   return {Node::Kind::transfer, from, "", to, field, 1, {}};
 }
+Node turn(const std::string &from, const std::string &to) { return {Node::Kind::turn, from, "", to, "", 1, {}}; }
 Node repeat(int times, const Nodes &body) { return {Node::Kind::repeat, "", "", "", "", times, body}; }
 Node until(const std::string &who, const std::string &scalar, double limit, int at_most, const Nodes &body) {
   return {Node::Kind::until, who, "", "", scalar, at_most, body, limit};
@@ -138,18 +139,20 @@ Nodes interaction(const CouplingParameters &coupling) {
 } // namespace
 
 Sequence make_sequence(const CouplingParameters &coupling) {
-  if (coupling.scheme == "E1FSinf")
-    return {coupling.scheme, merged_start(), E1FSinf()};
-  if (coupling.scheme == "electromechanics")
-    return {coupling.scheme, {order("mech", "inflate")}, electromechanics()};
   // Lifting and the fluid's assembly need neither calcium nor tension. On cores of their own they go first, beside
   // electrophysiology; on shared ones, where two solvers at a time are slower than one after the other, they take
-  // turns.
+  // turns, and so does electrophysiology of the next step.
   const bool own_cores = coupling.lookahead > 0;
+  const auto ep_after = [&](const std::string &last) { return own_cores ? Nodes{} : Nodes{turn(last, "ep")}; };
+  if (coupling.scheme == "E1FSinf")
+    return {coupling.scheme, merged_start(), E1FSinf() + ep_after("fsi")};
+  if (coupling.scheme == "electromechanics")
+    return {coupling.scheme, {order("mech", "inflate")}, electromechanics() + ep_after("mech")};
   const Nodes before = own_cores ? geometry() + activation() : activation() + geometry();
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          before + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + interaction(coupling) + commit()};
+          before + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + interaction(coupling) + commit() +
+              ep_after("fluid")};
 }
 
 } // namespace heartbus::coupler

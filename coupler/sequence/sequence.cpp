@@ -23,7 +23,7 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
   if (node.kind == Node::Kind::repeat)
     return true;
   const auto *participant = find(participants, node.participant);
-  if (!participant || (node.kind == Node::Kind::transfer && !find(participants, node.receiver)))
+  if (!participant || (!node.receiver.empty() && !find(participants, node.receiver)))
     return false;
   const auto &tasks = participant->tasks;
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
@@ -76,6 +76,8 @@ std::string to_text(const Node &node) {
            std::to_string(node.times) + " times (" + to_text(node.body) + ")";
   case Node::Kind::every:
     return "every " + std::to_string(node.times) + " steps (" + to_text(node.body) + ")";
+  case Node::Kind::turn:
+    return "then " + node.receiver + " goes on";
   }
   return "";
 }

@@ -36,8 +36,13 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
       const int route = routes.at({node.participant, node.receiver, node.field});
       stream.push_back({node.participant, {bus::Command::Kind::send, "", route, step}});
       stream.push_back({node.receiver, {bus::Command::Kind::receive, "", route, step}});
+    } else if (node.kind == Node::Kind::turn) {
+      stream.push_back({node.participant, {bus::Command::Kind::pass_turn, node.receiver, -1, step}});
+      stream.push_back({node.receiver, {bus::Command::Kind::take_turn, node.participant, -1, step}});
     } else
       stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
+    if (node.kind == Node::Kind::commit)
+      stream.push_back({node.participant, {bus::Command::Kind::report, "", -1, step}});
   }
   return stream;
 }
@@ -64,45 +69,60 @@ SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
 }
 
 SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number) {
-  const int last = std::min(number + lookahead_, time.next_refresh(number));
-  for (int n = std::max(number, last_led_ + 1); n <= last; ++n)
-    order_leaders(time.step(n));
-  last_led_ = last;
-  follow(time.step(number));
+  lead(time, number);
+  complete(time.step(number));
+  if (number < time.n_steps() && !time.refreshes_at(number))
+    begin(time.step(number + 1));
   return wait_reports();
 }
 
-/// What a step asks of leaders, which is decided beforehand.
-void SequenceRunner::order_leaders(const bus::Step &step) {
-  for (const auto &[participant, command] : commands(sequence_.step, routes_, step))
-    if (leaders_.count(participant))
-      coordinator_.order(participant, command);
-  for (const auto &participant : leaders_)
-    coordinator_.order(participant, {bus::Command::Kind::report, "", -1, step});
+/// Leaders are told of this step and of some more.
+void SequenceRunner::lead(const TimeControl &time, int number) {
+  const int last = std::min(number + lookahead_, time.next_refresh(number));
+  for (int n = std::max(number, last_led_ + 1); n <= last; ++n)
+    for (const auto &[participant, command] : commands(sequence_.step, routes_, time.step(n)))
+      if (leaders_.count(participant))
+        coordinator_.order(participant, command);
+  last_led_ = last;
 }
 
-/// What it asks of all others.
-void SequenceRunner::follow(bus::Step step) {
-  const auto is_until = [](const Node &node) { return node.kind == Node::Kind::until; };
-  Nodes due;
-  std::copy_if(sequence_.step.begin(), sequence_.step.end(), std::back_inserter(due),
-               [&](const Node &node) { return is_due(node, step); });
-  auto node = due.begin();
-  while (node != due.end()) {
-    const auto end = std::find_if(node, due.end(), is_until);
-    order(Nodes(node, end), step);
-    node = end;
-    if (node != due.end())
-      repeat_until(*node++, step);
+/// What others do in a step, as far as that is known before the reports of the step before. So nobody waits for the
+/// coupler between two steps.
+void SequenceRunner::begin(const bus::Step &step) {
+  const auto is_foreseeable = [&](const Node &node) {
+    return node.kind == Node::Kind::every ? is_regular(node, step) || is_known(node) : node.kind != Node::Kind::until;
+  };
+  order_while(is_foreseeable, step);
+}
+
+/// The rest of a step.
+void SequenceRunner::complete(const bus::Step &step) {
+  const auto is_fixed = [](const Node &node) { return node.kind != Node::Kind::until; };
+  order_while(is_fixed, step);
+  while (place_.node < sequence_.step.size()) {
+    repeat_until(sequence_.step[place_.node++], step);
+    order_while(is_fixed, step);
   }
-  for (const auto &participant : coordinator_.participants())
-    if (!leaders_.count(participant.name))
-      coordinator_.order(participant.name, {bus::Command::Kind::report, "", -1, step});
+  place_ = {};
 }
 
-bool SequenceRunner::is_due(const Node &node, const bus::Step &step) const {
-  return node.kind != Node::Kind::every || step.number % node.times == 1 ||
-         reported(node.field, coordinator_.participant(node.participant), last_reports_.at(node.participant)) == 0;
+void SequenceRunner::order_while(const std::function<bool(const Node &)> &condition, bus::Step step) {
+  Nodes due;
+  for (; place_.node < sequence_.step.size() && condition(sequence_.step[place_.node]); ++place_.node) {
+    const Node &node = sequence_.step[place_.node];
+    if (node.kind != Node::Kind::every || is_regular(node, step) || !is_known(node))
+      due.push_back(node);
+  }
+  step.iteration = place_.iteration;
+  order(due, step);
+  if (const auto actions = written_out(due, place_.iteration); !actions.empty())
+    place_.iteration = actions.back().iteration;
+}
+
+bool SequenceRunner::is_regular(const Node &node, const bus::Step &step) const { return step.number % node.times == 1; }
+
+bool SequenceRunner::is_known(const Node &node) const {
+  return reported(node.field, coordinator_.participant(node.participant), last_reports_.at(node.participant)) != 0;
 }
 
 void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
@@ -111,9 +131,10 @@ void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
       coordinator_.order(participant, command);
 }
 
-void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
+void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
   double value = 0;
   for (step.iteration = 0; step.iteration < node.times; ++step.iteration) {
+    place_.iteration = step.iteration;
     order(node.body, step);
     coordinator_.order(node.participant, {bus::Command::Kind::report, "", -1, step});
     coordinator_.flush();
@@ -123,7 +144,6 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step &step) {
     if (value < node.limit)
       return;
   }
-  --step.iteration;
   if (node.required)
     throw Failure(ExitCode::not_converged,
                   "step " + std::to_string(step.number) + ": blood and wall do not agree after " +

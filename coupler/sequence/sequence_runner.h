@@ -3,6 +3,7 @@
 #include "coupler/sequence/sequence.h"
 #include "coupler/time_control.h"
 
+#include <functional>
 #include <map>
 #include <tuple>
 
@@ -12,11 +13,11 @@ namespace heartbus::coupler {
 using Routes = std::map<std::tuple<std::string, std::string, std::string>, int>;
 
 /// A sequence as one stream of orders: to whom, what. Each participant executes its own part of the stream in this
-/// order, independently of the others but for what it receives.
+/// order, independently of the others but for what it receives, and reports after its commit.
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step);
 
-/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step, and where
-/// a repetition depends on what somebody reports.
+/// Executes a sequence through the bus; waits for nobody but at the end of the start block and of each step, when the
+/// next one has been ordered already, and where a repetition depends on what somebody reports.
 class SequenceRunner {
  public:
   /// Connects the routes that the sequence uses. Leaders are told of so many steps in advance.
@@ -35,12 +36,15 @@ class SequenceRunner {
 
  private:
   void connect(const Nodes &nodes);
-  bool is_due(const Node &node, const bus::Step &step) const;
+  void lead(const TimeControl &time, int number);
+  void begin(const bus::Step &step);
+  void complete(const bus::Step &step);
+  /// From `place_` on; does not look at the step's own iteration.
+  void order_while(const std::function<bool(const Node &)> &condition, bus::Step step);
+  bool is_regular(const Node &node, const bus::Step &step) const; ///< of Kind::every
+  bool is_known(const Node &node) const;                          ///< what it waits for, by the last reports
   void order(const Nodes &nodes, const bus::Step &step);
-  void order_leaders(const bus::Step &step);
-  void follow(bus::Step step);
-  /// Leaves the last iteration in `step`.
-  void repeat_until(const Node &node, bus::Step &step);
+  void repeat_until(const Node &node, bus::Step step);
   void order_all(const bus::Command &command);
   Reports wait_reports();
 
@@ -49,6 +53,11 @@ class SequenceRunner {
   Routes routes_;
   int lookahead_, last_led_ = 0;                   ///< of steps; the last one that leaders have been told of
   std::set<std::string> leaders_;                  ///< only with look-ahead
+  struct Place {
+    std::size_t node = 0;
+    int iteration = 0;
+  };
+  Place place_;                                    ///< up to where the step has been ordered
   std::map<std::string, bus::Times> times_before_; ///< reported within the step
   Reports last_reports_;
 };

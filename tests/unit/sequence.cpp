@@ -188,18 +188,37 @@ TEST(Sequence, AFieldSentBeforeItIsComputedIsRefused) {
 }
 
 TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
-  for (const auto &name : {"EFS1", "E1FSinf", "electromechanics"})
-    EXPECT_EQ(leaders(scheme(name).step), std::set<std::string>{"ep"}) << name;
-  EXPECT_EQ(leaders(scheme("adaptive", 4).step), std::set<std::string>{"ep"});
-  EXPECT_TRUE(leaders(cast(scheme("EFS1"), without(heart(), "ep")).step).empty());
   CouplingParameters ahead;
-  ahead.lookahead = 1; // another order of the lines
-  EXPECT_EQ(leaders(make_sequence(ahead).step), std::set<std::string>{"ep"});
+  ahead.lookahead = 1;
+  for (const auto &name : {"EFS1", "adaptive", "E1FSinf", "electromechanics"}) {
+    ahead.scheme = name;
+    EXPECT_EQ(leaders(make_sequence(ahead).step), std::set<std::string>{"ep"}) << name;
+    EXPECT_TRUE(leaders(scheme(name).step).empty()) << name << ": they take turns";
+  }
+  ahead.scheme = "EFS1";
+  EXPECT_TRUE(leaders(cast(make_sequence(ahead), without(heart(), "ep")).step).empty());
   EXPECT_EQ(complaint(make_sequence(ahead), heart()), "");
   // Somebody whose scalar decides waits for the decision.
   const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
   EXPECT_EQ(leaders({solve}), std::set<std::string>{"a"});
   EXPECT_TRUE(leaders({{Node::Kind::until, "a", "", "", "residual", 9, {solve}, 1e-3}}).empty());
+}
+
+TEST(Sequence, ATurnIsPassedOnAfterTheReport) {
+  using Kind = bus::Command::Kind;
+  const auto kinds_of = [](const std::string &participant) {
+    const Nodes nodes{{Node::Kind::commit, "a", "", "", "", 1, {}},
+                      {Node::Kind::commit, "b", "", "", "", 1, {}},
+                      {Node::Kind::turn, "b", "", "a", "", 1, {}}};
+    std::vector<Kind> kinds;
+    for (const auto &[who, command] : commands(nodes, {}, {}))
+      if (who == participant)
+        kinds.push_back(command.kind);
+    return kinds;
+  };
+  EXPECT_EQ(kinds_of("a"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::take_turn}));
+  EXPECT_EQ(kinds_of("b"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::pass_turn}));
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), without(heart(), "ep"))).find("goes on"), std::string::npos);
 }
 
 TEST(Sequence, RunningAheadEndsWhereAllIsDroppedThatIsNotInTheState) {
