@@ -29,21 +29,25 @@ double reported(const std::string &scalar, const bus::ParticipantInfo &participa
 } // namespace
 
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step) {
-  std::vector<std::pair<std::string, bus::Command>> stream;
+  using Kind = bus::Command::Kind;
+  std::vector<std::pair<std::string, bus::Command>> stream, reports, turns;
   for (const auto &[node, iteration] : written_out(nodes, step.iteration)) {
     step.iteration = iteration;
     if (node.kind == Node::Kind::transfer) {
       const int route = routes.at({node.participant, node.receiver, node.field});
-      stream.push_back({node.participant, {bus::Command::Kind::send, "", route, step}});
-      stream.push_back({node.receiver, {bus::Command::Kind::receive, "", route, step}});
+      stream.push_back({node.participant, {Kind::send, "", route, step}});
+      stream.push_back({node.receiver, {Kind::receive, "", route, step}});
     } else if (node.kind == Node::Kind::turn) {
-      stream.push_back({node.participant, {bus::Command::Kind::pass_turn, node.receiver, -1, step}});
-      stream.push_back({node.receiver, {bus::Command::Kind::take_turn, node.participant, -1, step}});
+      stream.push_back({node.participant, {Kind::pass_turn, node.receiver, -1, step}});
+      turns.push_back({node.receiver, {Kind::take_turn, node.participant, -1, step}});
     } else
       stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
     if (node.kind == Node::Kind::commit)
-      stream.push_back({node.participant, {bus::Command::Kind::report, "", -1, step}});
+      reports.push_back({node.participant, {Kind::report, "", -1, step}});
   }
+  // Nobody is kept waiting for his turn by a report, nor for a report by who waits for his turn.
+  stream.insert(stream.end(), reports.begin(), reports.end());
+  stream.insert(stream.end(), turns.begin(), turns.end());
   return stream;
 }
 
@@ -71,6 +75,9 @@ SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
 SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number) {
   lead(time, number);
   complete(time.step(number));
+  for (const auto &[participant, command] : turns_)
+    coordinator_.order(participant, command);
+  turns_.clear();
   if (number < time.n_steps() && !time.refreshes_at(number))
     begin(time.step(number + 1));
   return wait_reports();
@@ -125,9 +132,12 @@ bool SequenceRunner::is_known(const Node &node) const {
   return reported(node.field, coordinator_.participant(node.participant), last_reports_.at(node.participant)) != 0;
 }
 
+/// Who takes a turn is told so together with what it does next: orders pass from rank to rank, which takes time.
 void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
-    if (!leaders_.count(participant))
+    if (command.kind == bus::Command::Kind::take_turn)
+      turns_.push_back({participant, command});
+    else if (!leaders_.count(participant))
       coordinator_.order(participant, command);
 }
 
