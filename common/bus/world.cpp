@@ -2,6 +2,7 @@
 
 #include "common/bus/failure.h"
 #include "common/bus/packer.h"
+#include "common/bus/placement.h"
 
 #include <algorithm>
 #include <csignal>
@@ -36,6 +37,7 @@ World::World(int &argc, char **&argv, const Member &self) {
   MPI_Comm_split(control_, color, rank_, &own_);
   MPI_Comm_dup(own_, &local_);
   bells_.emplace(control_);
+  keep_to_own_core(own_);
 }
 
 void World::gather_members(const Member &self) {
