@@ -1,6 +1,6 @@
 #include "ale_solver/lifting_problem.h"
 
-#include "common/fem/small_matrix.h"
+#include "ale_solver/jacobian_kernel.h"
 
 #include <limits>
 
@@ -100,26 +100,23 @@ void LiftingProblem::check(const Vector &motion) {
   const bus::Stopwatch::Section section(stopwatch, "check of the mesh");
   const fem::GhostValues ghosts(motion);
   const unsigned n = space_.nodes_per_cell();
+  std::vector<Lanes> d(3 * n);
   unsigned worst_slot = 0;
   smallest_J_ = std::numeric_limits<double>::max();
-  for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
-    for (unsigned q = 0; q < space_.n_q(); ++q) {
-      fem::Mat3<Lanes> F = fem::identity<Lanes>();
-      for (unsigned a = 0; a < n; ++a)
-        for (unsigned i = 0; i < 3; ++i) {
-          Lanes d;
-          for (unsigned lane = 0; lane < fem::n_lanes; ++lane)
-            d[lane] = motion.begin()[3 * space_.cell_nodes(batch * fem::n_lanes + lane)[a] + i];
-          for (unsigned j = 0; j < 3; ++j)
-            F[i][j] += d * space_.gradients(batch)[(q * n + a) * 3 + j];
-        }
-      const Lanes J = fem::determinant(F);
-      for (unsigned lane = 0; lane < fem::n_lanes; ++lane)
-        if (!(J[lane] >= smallest_J_)) {
-          smallest_J_ = J[lane];
-          worst_slot = batch * fem::n_lanes + lane;
-        }
+  for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
+    for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
+      const unsigned *nodes = space_.cell_nodes(batch * fem::n_lanes + lane);
+      for (unsigned k = 0; k < 3 * n; ++k)
+        d[k][lane] = motion.begin()[3 * nodes[k / 3] + k % 3];
     }
+    Lanes J;
+    smallest_jacobian(n, space_.n_q(), space_.gradients(batch), d.data(), J);
+    for (unsigned lane = 0; lane < fem::n_lanes; ++lane)
+      if (!(J[lane] >= smallest_J_)) {
+        smallest_J_ = J[lane];
+        worst_slot = batch * fem::n_lanes + lane;
+      }
+  }
   fem::refuse_inverted_cells(space_, smallest_J_, worst_slot, "the lifted displacement of the wall");
 }
 

@@ -71,7 +71,7 @@ std::vector<double> MovedSurface::face_mass(const std::vector<double> &weights, 
   return mass;
 }
 
-void MovedSurface::add_mass(const std::vector<double> &weights, fem::NodalMatrix &A) const {
+void MovedSurface::add_mass(const std::vector<double> &weights, fem::RoundedMatrix &A) const {
   const unsigned n = faces_.nodes_per_face;
   for (unsigned f = 0; f < faces_.n_faces; ++f) {
     const std::vector<double> mass = face_mass(weights, f);

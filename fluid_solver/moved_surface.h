@@ -2,7 +2,7 @@
 
 #include "common/fem/constraints.h"
 #include "common/fem/lagrange_space.h"
-#include "common/fem/nodal_matrix.h"
+#include "common/fem/rounded_matrix.h"
 
 #include <string>
 #include <vector>
@@ -26,7 +26,7 @@ class MovedSurface {
   /// c.u = int u.n for every u: the entries of this rank's nodes.
   fem::Vector flux_functional() const;
   /// A += int w u.v, with the weights w [f][q] including the area, as `areas` and `fluxes` return it.
-  void add_mass(const std::vector<double> &weights, fem::NodalMatrix &A) const;
+  void add_mass(const std::vector<double> &weights, fem::RoundedMatrix &A) const;
   /// y += the same form times x (ghosts of x valid), on this rank's nodes.
   void apply_mass(const std::vector<double> &weights, const fem::Vector &x, fem::Vector &y) const;
 

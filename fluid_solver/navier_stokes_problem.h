@@ -4,7 +4,7 @@
 #include "common/fem/anderson.h"
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
-#include "common/fem/nodal_matrix.h"
+#include "common/fem/rounded_matrix.h"
 #include "common/io/state.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/navier_stokes_kernel.h"
@@ -79,7 +79,7 @@ class NavierStokesProblem {
   double pressure_scale() const { return pressure_scale_; }
   const fem::LagrangeSpace &space() const { return space_; }
   bus::Stopwatch stopwatch;
-  const fem::NodalMatrix &matrix() const { return A_; }
+  void copy_matrix(fem::NodalMatrix &matrix) const { A_.copy_to(matrix); } ///< of the same space
   const fem::Constraints &constraints() const { return constrained_; }
 
   // For those who solve more than the fluid: the step is a linear system A (x - guess) = -residual(guess) in between.
@@ -123,7 +123,7 @@ class NavierStokesProblem {
   void update_constraints();
   void set_guess();
   void assemble();
-  void integrate_cells(const fem::Vector &state, fem::NodalMatrix *A, fem::Vector &residual) const;
+  void integrate_cells(const fem::Vector &state, fem::RoundedMatrix *A, fem::Vector &residual) const;
   void add_surface_terms();
   void refresh_preconditioner();
   void update_datum(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration);
@@ -140,7 +140,8 @@ class NavierStokesProblem {
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
   fem::Constraints constrained_, constrained_by_others_;
-  fem::NodalMatrix A_;
+  fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
+  fem::RoundedMatrix A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
 

@@ -72,7 +72,7 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
       r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
   fem::NodalMatrix blood(space.fluid(), 4);
   blood.set_constraints(fluid.constraints());
-  blood.copy_scaled(1, fluid.matrix());
+  fluid.copy_matrix(blood);
   interface.add(dt, tangent_, blood);
   fluid_ = fluid.make_preconditioner(blood);
 

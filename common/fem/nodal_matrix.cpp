@@ -82,48 +82,31 @@ void NodalMatrix::add_batch(unsigned batch, const Lanes *K) {
   const unsigned n = space_.nodes_per_cell(), c = components_;
   BatchRows rows{n, c, 0, {}, {}, {}, {}};
   for (unsigned a = 0; a < n; ++a) {
+    const Lanes *K_a = K + a * n * c * c;
     rows.n_used = 0;
-    for (unsigned lane = 0; lane < n_lanes; ++lane) {
-      const unsigned slot = batch * n_lanes + lane;
-      const int *positions = &positions_[(std::size_t(slot) * n + a) * n];
-      if (!space_.slot_used(slot) || positions[0] < 0)
-        continue;
-      if (slot_constrained_[slot]) {
-        add_constrained_row(slot, a, lane, K + a * n * c * c);
-        continue;
-      }
-      const unsigned row = space_.cell_nodes(slot)[a] * c, k = rows.n_used++;
-      rows.lane[k] = lane;
-      rows.row[k] = values_ + row_begin_[row];
-      rows.length[k] = row_begin_[row + 1] - row_begin_[row];
-      rows.position[k] = positions;
-    }
-    insert_rows(rows, K + a * n * c * c);
-  }
-}
-
-void NodalMatrix::add_constrained_row(unsigned slot, unsigned a, unsigned lane, const Lanes *K) {
-  const unsigned n = space_.nodes_per_cell(), c = components_;
-  std::vector<double> block(c * c);
-  for (unsigned b = 0; b < n; ++b) {
-    for (unsigned k = 0; k < c * c; ++k)
-      block[k] = K[b * c * c + k][lane];
-    add_block(slot, a, b, block.data());
+    visit_rows(
+        batch, a,
+        [&](unsigned lane, unsigned node, const int *positions) {
+          const unsigned row = node * c, k = rows.n_used++;
+          rows.lane[k] = lane;
+          rows.row[k] = values_ + row_begin_[row];
+          rows.length[k] = row_begin_[row + 1] - row_begin_[row];
+          rows.position[k] = positions;
+        },
+        [&](unsigned slot, unsigned lane) { add_constrained_row(*this, space_, c, slot, a, lane, K_a); });
+    insert_rows(rows, K_a);
   }
 }
 
 void NodalMatrix::add_block(unsigned slot, unsigned a, unsigned b, const double *block) {
-  const unsigned n = space_.nodes_per_cell(), c = components_;
-  const unsigned *nodes = space_.cell_nodes(slot);
-  const int position = positions_[(std::size_t(slot) * n + a) * n + b];
-  if (position < 0)
+  const unsigned c = components_, *nodes = space_.cell_nodes(slot);
+  const int first = position(slot, a, b);
+  if (first < 0)
     return;
   for (unsigned i = 0; i < c; ++i)
-    for (unsigned j = 0; j < c; ++j) {
-      const unsigned row = nodes[a] * c + i, column = nodes[b] * c + j;
-      if (constrained_.empty() || row == column || !(constrained_[row] || constrained_[column]))
-        values_[row_begin_[row] + position + j] += block[i * c + j];
-    }
+    for (unsigned j = 0; j < c; ++j)
+      if (couples(nodes[a] * c + i, nodes[b] * c + j))
+        values_[row_begin_[nodes[a] * c + i] + first + j] += block[i * c + j];
 }
 
 void NodalMatrix::add_diagonal(unsigned local_dof, double value) {
@@ -181,11 +164,9 @@ void NodalMatrix::add_block(unsigned node, unsigned column_node, const double *b
   const int column = column_of(column_node * c);
   for (unsigned i = 0; i < c; ++i)
     if (const int position = position_of(node * c + i, column); position >= 0)
-      for (unsigned j = 0; j < c; ++j) {
-        const unsigned row_dof = node * c + i, column_dof = column_node * c + j;
-        if (constrained_.empty() || row_dof == column_dof || !(constrained_[row_dof] || constrained_[column_dof]))
+      for (unsigned j = 0; j < c; ++j)
+        if (couples(node * c + i, column_node * c + j))
           values_[position + j] += block[i * c + j];
-      }
 }
 
 void NodalMatrix::decouple(const std::vector<std::uint8_t> &dofs) {

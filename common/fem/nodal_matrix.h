@@ -51,6 +51,21 @@ class NodalMatrix {
   /// *this += a * other.
   void add_scaled(double a, const NodalMatrix &other);
 
+  // For those who keep values of the same pattern elsewhere.
+  /// Calls free(lane, node, positions) for each lane of the batch whose cell node a is owned here, or
+  /// constrained(slot, lane) when its cell has constraints. The block of cell node b starts positions[b] entries after
+  /// the begin of the node's first row.
+  template <class Free, class Constrained>
+  void visit_rows(unsigned batch, unsigned a, const Free &free, const Constrained &constrained) const;
+  /// Offset of the block (a, b) of a slot within the first row of its node a; -1: not owned.
+  int position(unsigned slot, unsigned a, unsigned b) const {
+    return positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell() + b];
+  }
+  /// Whether constraints leave the entry of these local degrees of freedom.
+  bool couples(unsigned row, unsigned column) const {
+    return constrained_.empty() || row == column || !(constrained_[row] || constrained_[column]);
+  }
+
   // Raw rows for those who extract sub-matrices: Trilinos' arrays of this rank.
   int n_rows() const { return n_rows_; }
   const int *row_begin() const { return row_begin_; }
@@ -61,7 +76,6 @@ class NodalMatrix {
   const double *values() const { return values_; }
 
  private:
-  void add_constrained_row(unsigned slot, unsigned a, unsigned lane, const Lanes *K);
   int column_of(unsigned local_dof) const; ///< Trilinos' local number
   int position_of(int row, int column) const; ///< in the value array; -1: outside the pattern
   void collect_blocks();
@@ -77,6 +91,30 @@ class NodalMatrix {
   std::vector<std::uint8_t> slot_constrained_;
   mutable std::vector<double> fours_; ///< x, padded
 };
+
+template <class Free, class Constrained>
+void NodalMatrix::visit_rows(unsigned batch, unsigned a, const Free &free, const Constrained &constrained) const {
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned slot = batch * n_lanes + lane;
+    if (!space_.slot_used(slot) || position(slot, a, 0) < 0)
+      continue;
+    if (slot_constrained_[slot])
+      constrained(slot, lane);
+    else
+      free(lane, space_.cell_nodes(slot)[a], &positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell()]);
+  }
+}
+
+/// Adds the blocks K[(b * c + i) * c + j] of one lane between cell node a and all cell nodes b of a slot one by one.
+template <class Matrix>
+void add_constrained_row(Matrix &matrix, const LagrangeSpace &space, unsigned c, unsigned slot, unsigned a, unsigned lane, const Lanes *K) {
+  std::vector<double> block(c * c);
+  for (unsigned b = 0; b < space.nodes_per_cell(); ++b) {
+    for (unsigned k = 0; k < c * c; ++k)
+      block[k] = K[b * c * c + k][lane];
+    matrix.add_block(slot, a, b, block.data());
+  }
+}
 
 /// Zeroes the constrained owned entries of a vector.
 void zero_constrained(Vector &v, const std::vector<std::uint8_t> &constrained);
