@@ -1,7 +1,9 @@
 #include "common/fem/block_ilu.h"
+#include "common/fem/constraints.h"
 #include "common/fem/lagrange_space.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
+#include "common/fem/rounded_matrix.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
 #include "mpi_test_main.h"
@@ -174,6 +176,37 @@ TEST(NodalMatrix, ThreefoldProductIsThatOfEachComponent) {
       EXPECT_NEAR(z.local_element(3 * node + i), z_i.local_element(node), 1e-13);
     }
   }
+}
+
+TEST(RoundedMatrix, AssembledInSinglePrecisionItIsTheSameMatrix) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
+  fem::NodalMatrix A(space, 4), copy(space, 4);
+  fem::Constraints constrained(4 * space.n_local_nodes());
+  fem::fix_vector(space, 4, space.labels().front(), constrained);
+  A.set_constraints(constrained);
+  fem::RoundedMatrix rounded(A);
+  const unsigned n = space.nodes_per_cell();
+  std::vector<Lanes> K(16 * n * n);
+  for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
+    for (std::size_t k = 0; k < K.size(); ++k)
+      for (unsigned lane = 0; lane < n_lanes; ++lane)
+        K[k][lane] = std::sin(1. + 3. * double(k) + 7. * lane + 11. * batch);
+    A.add_batch(batch, K.data());
+    rounded.add_batch(batch, K.data());
+  }
+  const double block[16] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+  A.add_block(0u, 0, 1, block);
+  rounded.add_block(0u, 0, 1, block);
+  fem::Vector x = space.make_vector(4), y(x), z(x);
+  for (unsigned k = 0; k < x.locally_owned_size(); ++k)
+    x.local_element(k) = std::cos(7. * k);
+  A.vmult(y, x);
+  rounded.vmult(z, x);
+  z -= y;
+  EXPECT_LT(z.linfty_norm(), 1e-6 * y.linfty_norm());
+  rounded.copy_to(copy);
+  for (int k = 0; k < A.row_begin()[A.n_rows()]; ++k)
+    EXPECT_NEAR(copy.values()[k], A.values()[k], 1e-5);
 }
 
 namespace {
