@@ -34,10 +34,10 @@ HEARTBUS_INLINE Vec3<Lanes> value(const NavierStokesCells &in, const Lanes *fiel
 template <unsigned n>
 struct Points {
   Lanes gradient[max_q][n][3], w_gradient[max_q][n][3]; // of the shape functions on the moved cell; times w
+  Lanes div_gradient[max_q][n][3];                      // times w and tau_C of the grad-div term
   Lanes test[max_q][n];                                 // w (N_a + tau rho u*.grad N_a)
   Lanes supg[max_q][n];                                 // w tau rho u*.grad N_a
   Lanes trial[max_q][n];                                // rho (N_b / dt + u*.grad N_b)
-  Lanes tau_C[max_q];                                   // of the grad-div term
   Lanes tau_trial[max_q][n];
   Lanes w[max_q], tau[max_q];
   Vec3<Lanes> load[max_q]; // rho u^n / dt + f
@@ -65,7 +65,10 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
   }
   const Vec3<Lanes> u_star = value<n>(in, in.convection, q), u_n = value<n>(in, in.old_velocity, q);
   p.tau[q] = momentum_tau(in.rho, in.mu, in.dt, u_star, fem::transpose(unit) * unit);
-  p.tau_C[q] = continuity_tau(p.tau[q], unit);
+  const Lanes tau_C = continuity_tau(p.tau[q], unit);
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      p.div_gradient[q][a][i] = tau_C * p.w_gradient[q][a][i];
   for (unsigned i = 0; i < 3; ++i)
     p.load[q][i] = in.inertia * in.rho / in.dt * u_n[i] + (in.force ? in.force[3 * q + i] : Lanes{});
 
@@ -80,11 +83,22 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
   }
 }
 
-/// The 4x4 block between nodes a (row) and b (column).
+/// int of (left gradient of N_a) (x) grad N_b
+template <unsigned n>
+HEARTBUS_INLINE Mat3<Lanes> outer_product(unsigned n_q, const Lanes left[max_q][n][3], const Lanes right[max_q][n][3],
+                                          unsigned a, unsigned b) {
+  Mat3<Lanes> H{};
+  for (unsigned q = 0; q < n_q; ++q)
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned j = 0; j < 3; ++j)
+        H[i][j] += left[q][a][i] * right[q][b][j];
+  return H;
+}
+
+/// The 4x4 block between nodes a (row) and b (column). Three passes over the points: each has as many sums as there are
+/// registers.
 template <unsigned n>
 HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p, unsigned a, unsigned b, Lanes *K) {
-  Mat3<Lanes> H{};                       // int grad N_a (x) grad N_b
-  Mat3<Lanes> grad_div{};                // int tau_C grad N_a (x) grad N_b
   Lanes inertia{}, pressure_laplacian{}; // transport with its SUPG part; PSPG
   Vec3<Lanes> G{}, D{};                  // pressure gradient, divergence
   for (unsigned q = 0; q < in.n_q; ++q) {
@@ -94,11 +108,6 @@ HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p,
     inertia += p.test[q][a] * p.trial[q][b];
     Lanes laplacian{};
     for (unsigned i = 0; i < 3; ++i) {
-      for (unsigned j = 0; j < 3; ++j) {
-        const Lanes h = wg_a[i] * g_b[j];
-        H[i][j] += h;
-        grad_div[i][j] += p.tau_C[q] * h;
-      }
       laplacian += wg_a[i] * g_b[i];
       G[i] += p.supg[q][a] * g_b[i] - N_b * wg_a[i];
       D[i] += wN_a * g_b[i] + p.tau_trial[q][b] * wg_a[i];
@@ -106,14 +115,20 @@ HEARTBUS_INLINE void node_block(const NavierStokesCells &in, const Points<n> &p,
     pressure_laplacian += p.tau[q] * laplacian;
   }
   const double P = in.pressure_scale;
-  const Lanes diagonal = inertia + in.mu * (H[0][0] + H[1][1] + H[2][2]);
   for (unsigned i = 0; i < 3; ++i) {
-    for (unsigned j = 0; j < 3; ++j)
-      K[4 * i + j] = in.mu * H[j][i] + grad_div[i][j] + (i == j ? diagonal : Lanes{});
     K[4 * i + 3] = P * G[i];
     K[12 + i] = P * D[i];
   }
   K[15] = P * P * pressure_laplacian;
+  const Mat3<Lanes> H = outer_product<n>(in.n_q, p.w_gradient, p.gradient, a, b);
+  const Lanes diagonal = inertia + in.mu * (H[0][0] + H[1][1] + H[2][2]);
+  for (unsigned i = 0; i < 3; ++i)
+    for (unsigned j = 0; j < 3; ++j)
+      K[4 * i + j] = in.mu * H[j][i] + (i == j ? diagonal : Lanes{});
+  const Mat3<Lanes> grad_div = outer_product<n>(in.n_q, p.div_gradient, p.gradient, a, b);
+  for (unsigned i = 0; i < 3; ++i)
+    for (unsigned j = 0; j < 3; ++j)
+      K[4 * i + j] += grad_div[i][j];
 }
 
 /// Residual = K state - load.
