@@ -1,5 +1,7 @@
 #include "mech_solver/boundary_terms.h"
 
+#include <algorithm>
+
 namespace heartbus::mech {
 
 using fem::Vec3;
@@ -10,6 +12,25 @@ Pericardium::Pericardium(const fem::LagrangeSpace &space, const PericardiumParam
     for (unsigned f = 0; f < faces.n_faces; ++f)
       add_face(space, faces, f, parameters);
   }
+  merge_pairs();
+}
+
+/// Faces side by side share pairs of nodes.
+void Pericardium::merge_pairs() {
+  const auto place = [](const Pair &pair) { return std::make_pair(pair.row, pair.column); };
+  std::stable_sort(pairs_.begin(), pairs_.end(), [&](const Pair &x, const Pair &y) { return place(x) < place(y); });
+  std::vector<Pair> merged;
+  for (const Pair &pair : pairs_) {
+    if (merged.empty() || place(merged.back()) != place(pair)) {
+      merged.push_back(pair);
+      continue;
+    }
+    for (unsigned i = 0; i < 9; ++i) {
+      merged.back().stiffness[i] += pair.stiffness[i];
+      merged.back().damping[i] += pair.damping[i];
+    }
+  }
+  pairs_ = std::move(merged);
 }
 
 void Pericardium::add_face(const fem::LagrangeSpace &space, const fem::BoundaryFaces &faces, unsigned f,
@@ -19,6 +40,8 @@ void Pericardium::add_face(const fem::LagrangeSpace &space, const fem::BoundaryF
     for (unsigned l = 0; l < faces.nodes_per_face; ++l) {
       const unsigned a = faces.face_nodes[f * faces.nodes_per_face + k];
       const unsigned b = faces.face_nodes[f * faces.nodes_per_face + l];
+      if (nodes[a] >= space.n_owned_nodes())
+        continue;
       Pair pair{faces.slots[f], a, b, nodes[a], nodes[b], {}, {}};
       for (unsigned q = 0; q < faces.n_q; ++q) {
         const double *N = &faces.shapes[(f * faces.n_q + q) * faces.nodes_per_cell];

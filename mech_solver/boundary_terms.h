@@ -20,12 +20,13 @@ class Pericardium {
   void add_tangent(double damping_factor, fem::NodalMatrix &K) const;
 
  private:
-  struct Pair { // coupling between two nodes of a face
+  struct Pair { // coupling between an owned node and another; slot, a, b: a cell that has both
     unsigned slot, a, b, row, column;
     std::array<double, 9> stiffness, damping;
   };
   void add_face(const fem::LagrangeSpace &space, const fem::BoundaryFaces &faces, unsigned f,
                 const PericardiumParameters &parameters);
+  void merge_pairs();
   std::vector<Pair> pairs_;
 };
 

@@ -30,9 +30,11 @@ std::vector<fem::Lanes> IonicModel::uniform_states(std::size_t n_nodes, const st
 }
 
 void IonicModel::get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> &states, double *calcium) const {
+  const unsigned n = n_states();
+  const double factor = calcium_to_micromolar();
+  const fem::Lanes *values = states.data() + calcium_state();
   for (std::size_t node = 0; node < n_nodes; ++node)
-    calcium[node] =
-        calcium_to_micromolar() * states[node / fem::n_lanes * n_states() + calcium_state()][node % fem::n_lanes];
+    calcium[node] = factor * values[node / fem::n_lanes * n][node % fem::n_lanes];
 }
 
 } // namespace heartbus::ep
