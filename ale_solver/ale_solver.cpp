@@ -7,7 +7,7 @@ namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
     : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), motion_n_(motion_),
-      motion_nm1_(motion_), mesh_motion_(3 * space.n_owned_nodes()) {
+      motion_nm1_(motion_), motion_nm2_(motion_), mesh_motion_(3 * space.n_owned_nodes()) {
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     if (on[node])
@@ -24,15 +24,17 @@ void ALESolver::declare(bus::Declaration &bus) {
   bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
 }
 
-/// First guess: 2 d^n - d^{n-1}.
+/// First guess: the parabola through the last three motions.
 void ALESolver::prepare_step(const bus::Step &) {
   if (!has_history_)
     return;
   motion_ = motion_n_;
-  motion_.sadd(2., -1., motion_nm1_);
+  motion_.sadd(3., -3., motion_nm1_);
+  motion_ += motion_nm2_;
 }
 
 void ALESolver::commit_step(const bus::Step &) {
+  motion_nm2_ = has_history_ ? motion_nm1_ : motion_;
   motion_nm1_ = has_history_ ? motion_n_ : motion_;
   motion_n_ = motion_;
   has_history_ = true;
@@ -49,6 +51,7 @@ void ALESolver::visit(io::State &state) {
   state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
   state.field("motion", 3, motion_n_.begin());
   state.field("motion_before", 3, motion_nm1_.begin());
+  state.field("motion_before_that", 3, motion_nm2_.begin());
 }
 
 void ALESolver::save_state(const std::string &folder, const bus::Step &) {

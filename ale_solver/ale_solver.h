@@ -27,7 +27,7 @@ class ALESolver : public bus::Solver {
 
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
-  fem::Vector motion_, motion_n_, motion_nm1_;
+  fem::Vector motion_, motion_n_, motion_nm1_, motion_nm2_;
   bool has_history_ = false;
   std::vector<unsigned> interface_nodes_;          ///< owned
   std::vector<double> displacement_, mesh_motion_; ///< what the bus fills and reads

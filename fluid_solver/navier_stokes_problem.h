@@ -145,7 +145,8 @@ class NavierStokesProblem {
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
 
-  fem::Vector x_nm1_, x_n_, x_;   // states
+  fem::Vector x_nm2_, x_nm1_, x_n_, x_; // states
+  bool history_is_new_ = true;          // since the last commit: there is no x_nm2_ yet
   fem::Vector d_n_, d_np1_;       // motions of the mesh
   fem::Vector guess_, increment_; // x = guess + increment
   fem::Vector residual_;          // of the guess, all terms but the wall's
