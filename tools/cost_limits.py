@@ -47,10 +47,10 @@ def work(cost):
             works[name, "check of the mesh"] = (n * CELLS * GEOMETRY, 0)
         if name in ("fluid", "fsi"):
             n = sets["cavity"]
-            works[name, "assembly"] = (n * (CELLS * GEOMETRY + 2 * matrix(4, 8)), n * CELLS * FLOPS["blood"])
+            works[name, "assembly"] = (n * (CELLS * GEOMETRY + 2 * matrix(4, 4)), n * CELLS * FLOPS["blood"])
             works[name, "averages"] = (n * CELLS * GEOMETRY, 0)
-            works[name, "preconditioner"] = (n * (matrix(4, 8) + matrix(4, 4)) / REFRESH, 0)
-            fluid_pass = n * (matrix(4, 8) + matrix(4, 4))
+            works[name, "preconditioner"] = (n * 2 * matrix(4, 4) / REFRESH, 0)
+            fluid_pass = n * 2 * matrix(4, 4)
             if name == "fluid":
                 works[name, "linear solve"] = (repeats * its["fluid"] * (fluid_pass + n * 32 * (its["fluid"] + 4)), 0)
         if name in ("mech", "fsi"):
