@@ -68,18 +68,19 @@ void InterfaceBlocks::add(double factor, const fem::NodalMatrix &solid, fem::Nod
 FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface,
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
-    : space_(space), tangent_(solid.tangent()), held_(solid.constrained()), dt_(dt), wall_(space.solid(), 3),
+    : space_(space), interface_(interface), blood_problem_(fluid), tangent_(solid.tangent()), held_(solid.constrained()),
+      dt_(dt), on_interface_(3 * space.solid().n_local_nodes()), blood_(space.fluid(), 4), wall_(space.solid(), 3),
       r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
-  fem::NodalMatrix blood(space.fluid(), 4);
-  blood.set_constraints(fluid.constraints());
-  fluid.copy_matrix(blood);
-  interface.add(dt, tangent_, blood);
-  fluid_ = fluid.make_preconditioner(blood);
+  fem::fix_vector(space.solid(), 3, "interface", on_interface_);
+}
 
-  fem::Constraints on_interface(3 * space.solid().n_local_nodes());
-  fem::fix_vector(space.solid(), 3, "interface", on_interface);
+void FsiPreconditioner::make() {
+  blood_.set_constraints(blood_problem_.constraints());
+  blood_problem_.copy_matrix(blood_);
+  interface_.add(dt_, tangent_, blood_);
+  fluid_ = blood_problem_.make_preconditioner(blood_);
   wall_.copy_scaled(1, tangent_);
-  wall_.decouple(on_interface);
+  wall_.decouple(on_interface_);
   solid_ = fem::make_preconditioner("ilu", wall_);
 }
 

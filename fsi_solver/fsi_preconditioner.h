@@ -27,17 +27,24 @@ class InterfaceBlocks {
 /// then the wall with the interface where the blood takes it.
 class FsiPreconditioner : public fem::Preconditioner {
  public:
-  /// The fluid's matrix may change afterwards; so may the solid's, whose present values couple the blocks. Collective.
   FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface, const fluid::NavierStokesProblem &fluid,
                     const mech::ElasticityProblem &solid, double dt);
+  /// From the present matrices. The fluid's may change afterwards; so may the solid's, whose present values couple the
+  /// blocks. Collective.
+  void make();
+  bool is_made() const { return solid_ != nullptr; }
+  void forget() { solid_.reset(); }
   void vmult(fem::Vector &y, const fem::Vector &x) const override;
 
  private:
   const MergedSpace &space_;
+  const InterfaceBlocks &interface_;
+  const fluid::NavierStokesProblem &blood_problem_;
   const fem::NodalMatrix &tangent_;
   const fem::Constraints &held_;
   double dt_;
-  fem::NodalMatrix wall_; ///< the tangent with the interface held; its factors refer to it
+  fem::Constraints on_interface_; ///< of the solid
+  fem::NodalMatrix blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
   std::unique_ptr<fem::Preconditioner> fluid_, solid_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };

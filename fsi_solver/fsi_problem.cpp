@@ -27,7 +27,7 @@ fem::Constraints held_by_the_wall(const MergedSpace &space, const fem::Constrain
 
 FsiProblem::FsiProblem(fluid::NavierStokesProblem &fluid, mech::ElasticityProblem &solid, double dt)
     : fluid_(fluid), solid_(solid), dt_(dt), space_(fluid.space(), solid.space()), interface_blocks_(space_),
-      newton_settings_(solid.newton_settings()), x_f_(fluid.space().make_vector(4)), y_f_(x_f_),
+      preconditioner_(space_, interface_blocks_, fluid, solid, dt), newton_settings_(solid.newton_settings()), x_f_(fluid.space().make_vector(4)), y_f_(x_f_),
       d_(solid.space().make_vector(3)), y_s_(d_), force_(x_f_) {
   fluid_.constrain(held_by_the_wall(space_, solid.constrained()));
 }
@@ -93,10 +93,10 @@ void FsiProblem::apply(Vector &y, const Vector &x) {
 
 void FsiProblem::refresh_preconditioner() {
   const bool aged = last_iterations_ > fresh_iterations_ + fresh_iterations_ / 2 + 3;
-  if (preconditioner_ && !aged && open_orifices_ == fluid_.open_orifices())
+  if (preconditioner_.is_made() && !aged && open_orifices_ == fluid_.open_orifices())
     return;
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
-  preconditioner_ = std::make_unique<FsiPreconditioner>(space_, interface_blocks_, fluid_, solid_, dt_);
+  preconditioner_.make();
   open_orifices_ = fluid_.open_orifices();
   fresh_iterations_ = last_iterations_ = 0;
 }
@@ -110,7 +110,7 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   const double tolerance = std::max(linear_tolerance, 0.1 * wanted_residual_ / b.l2_norm());
   return fem::solve_linear(
              "fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
-             *preconditioner_, tolerance)
+             preconditioner_, tolerance)
       .iterations;
 }
 

@@ -27,7 +27,7 @@ class FsiProblem {
   const MergedSpace &space() const { return space_; }
   bus::Stopwatch stopwatch; ///< of what neither side times itself
   /// The next solve makes it anew.
-  void forget_preconditioner() { preconditioner_.reset(); }
+  void forget_preconditioner() { preconditioner_.forget(); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &x, fem::Vector &r);
@@ -47,8 +47,8 @@ class FsiProblem {
   double dt_;
   MergedSpace space_;
   InterfaceBlocks interface_blocks_;
+  FsiPreconditioner preconditioner_;
   fem::NewtonSettings newton_settings_;
-  std::unique_ptr<FsiPreconditioner> preconditioner_;
   std::vector<bool> open_orifices_;                     ///< for which the preconditioner was made
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< in the step it was made in, and in the last one
   double wanted_residual_ = 0;                          ///< of Newton's method, at the last state looked at
