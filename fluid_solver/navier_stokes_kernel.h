@@ -4,9 +4,9 @@
 
 namespace heartbus::fluid {
 
-/// A batch of cells of the linearised, stabilised Navier-Stokes equations on the moving mesh, integrated on the reference
-/// cell (paper, eq. (navierstokes-discrete)): with F = I + grad d, J = det F, gradients F^{-T} grad N, u* = u^n -
-/// u_ALE,
+/// A batch of cells of the linearised, stabilised Navier-Stokes equations on the moving mesh, integrated on the
+/// reference cell (paper, eq. (navierstokes-discrete)): with F = I + grad d, J = det F, gradients F^{-T} grad N, u* =
+/// u^n - u_ALE,
 ///
 ///     r_M = rho (u - u^n)/dt + rho (u*.grad) u + grad p - f
 ///     a(w, q) = ( rho (u - u^n)/dt + rho (u*.grad) u - f, w ) + 2 mu ( eps(u), eps(w) ) - ( p, div w ) + ( div u, q )

@@ -50,9 +50,9 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
 NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
                                          double dt)
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), alpha_(alpha), dt_(dt),
-      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_), x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_),
-      x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_), guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_),
-      guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_) {
+      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_),
+      x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_), x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_),
+      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))

@@ -27,8 +27,8 @@ fem::Constraints held_by_the_wall(const MergedSpace &space, const fem::Constrain
 
 FsiProblem::FsiProblem(fluid::NavierStokesProblem &fluid, mech::ElasticityProblem &solid, double dt)
     : fluid_(fluid), solid_(solid), dt_(dt), space_(fluid.space(), solid.space()), interface_blocks_(space_),
-      preconditioner_(space_, interface_blocks_, fluid, solid, dt), newton_settings_(solid.newton_settings()), x_f_(fluid.space().make_vector(4)), y_f_(x_f_),
-      d_(solid.space().make_vector(3)), y_s_(d_), force_(x_f_) {
+      preconditioner_(space_, interface_blocks_, fluid, solid, dt), newton_settings_(solid.newton_settings()),
+      x_f_(fluid.space().make_vector(4)), y_f_(x_f_), d_(solid.space().make_vector(3)), y_s_(d_), force_(x_f_) {
   fluid_.constrain(held_by_the_wall(space_, solid.constrained()));
 }
 

@@ -102,7 +102,10 @@ void Link::take_turn(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
   const int rank = ranks.at(local_rank_ % ranks.size());
   waiting_.until([&] { return mail_.receive(rank, tag_turn).has_value(); },
-                 [&] { return Awaited{"its turn, which " + from + " passes on", from}; }, 1, &turns_);
+                 [&] {
+                   return Awaited{"its turn, which " + from + " passes on", from};
+                 },
+                 1, &turns_);
 }
 
 std::vector<double> Link::sum(const std::vector<double> &values) {

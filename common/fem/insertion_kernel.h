@@ -21,8 +21,8 @@ struct BatchRows {
 /// Adds the blocks K[(b * c + i) * c + j] between one cell node and all cell nodes b.
 void insert_rows(const BatchRows &target, const Lanes *K);
 
-/// The same for 4 x 4 blocks of single precision that lie one after the other, each column by column: the blocks of cell node
-/// a of a lane start at first[lane], that of cell node b position[lane][b] / 4 blocks later.
+/// The same for 4 x 4 blocks of single precision that lie one after the other, each column by column: the blocks of
+/// cell node a of a lane start at first[lane], that of cell node b position[lane][b] / 4 blocks later.
 struct BatchBlocks {
   unsigned n_nodes, n_used = 0;
   std::array<unsigned, n_lanes> lane;

@@ -5,8 +5,9 @@
 namespace heartbus::fem {
 
 /// Kernels work on this many cells at once: the same arithmetic on each lane. The compiler maps it to whatever vector
-/// unit the function is compiled for (see HEARTBUS_SIMD). Four fill a register of AVX2; eight would fill one of AVX-512,
-/// but GCC 12 takes vectors to pieces, element by element through memory, where they are wider than the registers.
+/// unit the function is compiled for (see HEARTBUS_SIMD). Four fill a register of AVX2; eight would fill one of
+/// AVX-512, but GCC 12 takes vectors to pieces, element by element through memory, where they are wider than the
+/// registers.
 inline constexpr unsigned n_lanes = 4;
 typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
 

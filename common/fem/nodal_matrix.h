@@ -101,13 +101,15 @@ void NodalMatrix::visit_rows(unsigned batch, unsigned a, const Free &free, const
     if (slot_constrained_[slot])
       constrained(slot, lane);
     else
-      free(lane, space_.cell_nodes(slot)[a], &positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell()]);
+      free(lane, space_.cell_nodes(slot)[a],
+           &positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell()]);
   }
 }
 
 /// Adds the blocks K[(b * c + i) * c + j] of one lane between cell node a and all cell nodes b of a slot one by one.
 template <class Matrix>
-void add_constrained_row(Matrix &matrix, const LagrangeSpace &space, unsigned c, unsigned slot, unsigned a, unsigned lane, const Lanes *K) {
+void add_constrained_row(Matrix &matrix, const LagrangeSpace &space, unsigned c, unsigned slot, unsigned a,
+                         unsigned lane, const Lanes *K) {
   std::vector<double> block(c * c);
   for (unsigned b = 0; b < space.nodes_per_cell(); ++b) {
     for (unsigned k = 0; k < c * c; ++k)

@@ -4,18 +4,19 @@
 
 namespace heartbus::fem {
 
-/// A matrix in single precision, for the iterations that solve for a correction: solvers are bound by what they read, and the
-/// rounding (6e-8 of an entry) is far below their tolerances, since the residual that is corrected is of the exact matrix.
-/// It is rounded from a matrix in double precision, or assembled in single precision with the pattern and constraints of one.
+/// A matrix in single precision, for the iterations that solve for a correction: solvers are bound by what they read,
+/// and the rounding (6e-8 of an entry) is far below their tolerances, since the residual that is corrected is of the
+/// exact matrix. It is rounded from a matrix in double precision, or assembled in single precision with the pattern and
+/// constraints of one.
 class RoundedMatrix {
  public:
   /// Rounds `matrix`, whose values may change afterwards; `add_batch`, `add_block` and `copy_to` need it to live on.
   explicit RoundedMatrix(const NodalMatrix &matrix);
 
   void clear();
-  void add_batch(unsigned batch, const Lanes *K); ///< as of NodalMatrix; of four components
+  void add_batch(unsigned batch, const Lanes *K);                             ///< as of NodalMatrix; of four components
   void add_block(unsigned slot, unsigned a, unsigned b, const double *block); ///< as of NodalMatrix
-  void copy_to(NodalMatrix &matrix) const; ///< of the same space, for those who need another form
+  void copy_to(NodalMatrix &matrix) const;      ///< of the same space, for those who need another form
   void vmult(Vector &y, const Vector &x) const; ///< y = A x
 
  private:

@@ -14,7 +14,8 @@ namespace heartbus::coupler {
 struct Node {
   /// until: the body is repeated until a scalar of a participant is below a limit. The coupler waits for it, hence this
   /// may not stand within a repetition. every: the body is done in one of so many steps, and while a scalar of a
-  /// participant is not known (zero). turn: `receiver` goes on to the next step when `participant` is done with this one.
+  /// participant is not known (zero). turn: `receiver` goes on to the next step when `participant` is done with this
+  /// one.
   enum class Kind { prepare, solve, commit, task, transfer, repeat, until, every, turn };
   Kind kind = Kind::solve;
   std::string participant; ///< who acts, or who sends, or whose scalar it is

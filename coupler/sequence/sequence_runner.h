@@ -57,7 +57,7 @@ class SequenceRunner {
     std::size_t node = 0;
     int iteration = 0;
   };
-  Place place_;                                    ///< up to where the step has been ordered
+  Place place_;                                             ///< up to where the step has been ordered
   std::vector<std::pair<std::string, bus::Command>> turns_; ///< to be ordered with the next step
   std::map<std::string, bus::Times> times_before_; ///< reported within the step
   Reports last_reports_;

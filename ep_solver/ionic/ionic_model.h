@@ -21,8 +21,8 @@ struct CellState {
 ///
 /// Outside, everything is in SI units: v in V, I_ion in A/F = V/s, time in s; a model keeps its own units inside.
 ///
-/// States of many nodes are stored in blocks of n_lanes nodes: states[block * n_states() + s] holds state s of the nodes
-/// n_lanes*block ... n_lanes*(block + 1) - 1; the last block is filled up with copies.
+/// States of many nodes are stored in blocks of n_lanes nodes: states[block * n_states() + s] holds state s of the
+/// nodes n_lanes*block ... n_lanes*(block + 1) - 1; the last block is filled up with copies.
 ///
 /// To add a model: a file pair in this folder, a test in tests/unit, a line in ionic_models.h.
 class IonicModel {

@@ -1,6 +1,6 @@
+#include "common/fem/lagrange_space.h"
 #include "common/fem/block_ilu.h"
 #include "common/fem/constraints.h"
-#include "common/fem/lagrange_space.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
 #include "common/fem/rounded_matrix.h"
