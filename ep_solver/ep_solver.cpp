@@ -44,7 +44,7 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.point_set("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   declaration.output("calcium", "tissue", 1, "uM", "n+1", calcium_);
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
-  declaration.scalar("activation_time", "s", [this] { return last_activation(); });
+  declaration.scalar("activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
@@ -81,7 +81,10 @@ void EPSolver::advance(double time, double dt, const std::vector<Lanes> &ionic_n
 }
 
 void EPSolver::commit_step(const bus::Step &step) {
-  std::swap(n_, np1_);
+  n_.v.swap(np1_.v);
+  n_.v_before.swap(np1_.v_before);
+  n_.ionic.swap(np1_.ionic);
+  n_.activation.swap(np1_.activation);
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
 }
@@ -135,7 +138,6 @@ double EPSolver::last_activation() const {
   double latest = 0;
   for (const double time : n_.activation)
     latest = std::max(latest, std::isnan(time) ? never : time);
-  MPI_Allreduce(MPI_IN_PLACE, &latest, 1, MPI_DOUBLE, MPI_MAX, space_.communicator());
   return latest == never ? std::numeric_limits<double>::quiet_NaN() : latest;
 }
 

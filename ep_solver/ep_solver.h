@@ -31,7 +31,7 @@ class EPSolver : public bus::Solver {
   const fem::Vector &potential() const { return n_.v; }                         ///< [V]
   const std::vector<double> &calcium() const { return calcium_; }               ///< [uM], owned nodes
   const std::vector<double> &activation_times() const { return n_.activation; } ///< [s], owned nodes; NaN: not yet
-  /// The latest activation of all nodes [s]; NaN until all of them are active. Collective.
+  /// The latest activation of this rank's nodes [s]; NaN until all of them are active.
   double last_activation() const;
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
 

@@ -28,9 +28,10 @@ class Outside : public bus::Declaration {
     if (!inside_.count(name))
       bus_.task(name, std::move(action));
   }
-  void scalar(const std::string &name, const std::string &unit, std::function<double()> value) override {
+  void scalar(const std::string &name, const std::string &unit, std::function<double()> value,
+              bus::Combine combine) override {
     if (!inside_.count(name))
-      bus_.scalar(name, unit, std::move(value));
+      bus_.scalar(name, unit, std::move(value), combine);
   }
   void state(const std::string &name, const std::vector<std::string> &names, std::function<int()> value) override {
     bus_.state(name, names, std::move(value));

@@ -68,8 +68,8 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.task("inflate", [this](const bus::Step &) { inflate(); });
   bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
   bus.scalar("solid_iterations", "1", [this] { return double(statistics_.linear_iterations); });
-  bus.scalar("min_J", "1", [this] { return smallest_J(); });
-  bus.scalar("peak_tension", "Pa", [this] { return peak_tension(); });
+  bus.scalar("min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
+  bus.scalar("peak_tension", "Pa", [this] { return peak_tension(); }, bus::Combine::max);
 }
 
 void MechSolver::inflate() {
@@ -97,7 +97,8 @@ void MechSolver::inflate() {
   wall_velocity_.assign(wall_velocity_.size(), 0.0);
   wall_force_ = blood_force_;
   log_->info("inflated to {} Pa in {} load steps: {} Newton iterations, smallest J {:.3f}",
-             parameters_.initial_pressure, parameters_.inflation_steps, statistics_.iterations, smallest_J());
+             parameters_.initial_pressure, parameters_.inflation_steps, statistics_.iterations,
+             dealii::Utilities::MPI::min(problem_.smallest_J(), space_.communicator()));
   if (writer_)
     write(0);
 }
@@ -273,11 +274,10 @@ void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values,
     values[k] = factor * v.local_element(3 * interface_nodes_[k / 3] + k % 3);
 }
 
-double MechSolver::smallest_J() const {
-  return dealii::Utilities::MPI::min(problem_.smallest_J(), space_.communicator());
+double MechSolver::peak_tension() const {
+  const auto &tension = problem_.tension;
+  return *std::max_element(tension.begin(), tension.begin() + space_.n_owned_nodes());
 }
-
-double MechSolver::peak_tension() const { return problem_.tension.linfty_norm(); }
 
 void MechSolver::write(double time) {
   problem_.fibre_stretch(d_, stretch_);

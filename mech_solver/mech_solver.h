@@ -70,8 +70,7 @@ class MechSolver : public bus::Solver {
   void show_motion(double dt); ///< to the bus: displacement and velocity of d
   /// Values of a nodal vector at the interface nodes, times a factor.
   void to_interface(const fem::Vector &v, std::vector<double> &values, double factor = 1) const;
-  double smallest_J() const;
-  double peak_tension() const;
+  double peak_tension() const; ///< of this rank's nodes
   void write(double time);
 
   const fem::LagrangeSpace &space_;

@@ -37,6 +37,7 @@ struct Coordinator::Implementation {
       : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world),
         waiting([this] { poll(); }, &world.bells()) {
     MPI_Comm_size(world.control(), &n_ranks);
+    waiting.spin = {}; // those who work want its core, and have their orders a step ahead
   }
 
   void poll();
@@ -177,9 +178,8 @@ void Coordinator::Implementation::send_off(int code) {
   if (!undisturbed.within(grace_to_leave, all_gone))
     world.abort(code);
   for (int r = 0; r < n_ranks; ++r) {
-    Packer nothing;
     if (r != world.rank())
-      mail.send(r, tag_exit, nothing);
+      mail.send(r, tag_exit, {});
   }
   undisturbed.within(grace_to_leave, [this] { return mail.all_sent(); });
 }

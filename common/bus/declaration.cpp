@@ -2,6 +2,8 @@
 
 #include "common/bus/failure.h"
 
+#include <cmath>
+
 namespace heartbus::bus {
 
 void LocalDeclaration::point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) {
@@ -29,15 +31,16 @@ void LocalDeclaration::task(const std::string &name, std::function<void(const St
   tasks_[name] = std::move(action);
 }
 
-void LocalDeclaration::scalar(const std::string &name, const std::string &unit, std::function<double()> value) {
+void LocalDeclaration::scalar(const std::string &name, const std::string &unit, std::function<double()> value,
+                              Combine combine) {
   info_.scalars.push_back({name, unit, {}});
-  scalars_.push_back(std::move(value));
+  scalars_.push_back({std::move(value), combine});
 }
 
 void LocalDeclaration::state(const std::string &name, const std::vector<std::string> &names,
                              std::function<int()> value) {
   info_.scalars.push_back({name, "", names});
-  scalars_.push_back([value = std::move(value)] { return static_cast<double>(value()); });
+  scalars_.push_back({[value = std::move(value)] { return static_cast<double>(value()); }, Combine::first});
 }
 
 const LocalDeclaration::Field &LocalDeclaration::field(const std::string &name, bool output) const {
@@ -56,9 +59,18 @@ const std::vector<double> &LocalDeclaration::coordinates(const std::string &poin
 
 std::vector<double> LocalDeclaration::scalars() const {
   std::vector<double> values;
-  for (const auto &value : scalars_)
-    values.push_back(value());
+  for (const Scalar &scalar : scalars_)
+    values.push_back(scalar.value());
   return values;
+}
+
+void LocalDeclaration::combine(const std::vector<double> &more, std::vector<double> &scalars) const {
+  for (std::size_t k = 0; k < scalars_.size(); ++k) {
+    const Combine how = scalars_[k].combine;
+    const bool is_beaten = how == Combine::min ? more[k] < scalars[k] : more[k] > scalars[k];
+    if (how != Combine::first && (is_beaten || std::isnan(more[k])))
+      scalars[k] = more[k];
+  }
 }
 
 } // namespace heartbus::bus

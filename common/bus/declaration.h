@@ -19,7 +19,8 @@ class LocalDeclaration : public Declaration {
   void input(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
              std::vector<double> &values) override;
   void task(const std::string &name, std::function<void(const Step &)> action) override;
-  void scalar(const std::string &name, const std::string &unit, std::function<double()> value) override;
+  void scalar(const std::string &name, const std::string &unit, std::function<double()> value,
+              Combine combine) override;
   void state(const std::string &name, const std::vector<std::string> &names, std::function<int()> value) override;
 
   struct Field {
@@ -32,13 +33,19 @@ class LocalDeclaration : public Declaration {
   const std::vector<double> &coordinates(const std::string &point_set) const;
   const ParticipantInfo &info() const { return info_; } ///< point sets hold this rank's points alone
   const std::map<std::string, std::function<void(const Step &)>> &tasks() const { return tasks_; }
-  std::vector<double> scalars() const; ///< collective over the participant
+  std::vector<double> scalars() const; ///< of this rank
+  /// Takes another rank's scalars into `scalars`.
+  void combine(const std::vector<double> &more, std::vector<double> &scalars) const;
 
  private:
   ParticipantInfo info_;
   std::vector<Field> fields_;
   std::map<std::string, std::function<void(const Step &)>> tasks_;
-  std::vector<std::function<double()>> scalars_;
+  struct Scalar {
+    std::function<double()> value;
+    Combine combine;
+  };
+  std::vector<Scalar> scalars_;
 };
 
 } // namespace heartbus::bus

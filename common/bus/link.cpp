@@ -28,100 +28,51 @@ void Link::poll() {
 }
 
 Bytes Link::receive_broadcast(double patience) {
-  if (is_root()) {
-    const auto came = [this] {
-      auto letter = mail_.receive(world_.coupler(), tag_command);
-      if (letter)
-        bytes_ = std::move(letter->content);
-      return letter.has_value();
-    };
-    waiting_.until(
-        came,
-        [] {
-          return Awaited{"a command of the coupler", "coupler"};
-        },
-        patience, &commands_);
-    size_ = bytes_.size();
-  }
-  broadcast(&size_, sizeof(size_), patience, is_root() ? nullptr : &commands_);
-  bytes_.resize(size_);
-  broadcast(bytes_.data(), size_, patience);
-  return bytes_;
-}
-
-void Link::broadcast(void *data, std::size_t size, double patience, Habit *habit) {
-  MPI_Request request;
-  MPI_Ibcast(data, size, MPI_BYTE, 0, world_.local(), &request);
-  if (is_root())
-    ring_own_ranks();
-  const auto done = [&request] {
-    int complete = 0;
-    MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
-    return complete != 0;
-  };
-  waiting_.until(
-      done,
-      [] {
-        return Awaited{"its own rank 0 to pass on a command", ""};
-      },
-      patience, habit);
-}
-
-void Link::ring_own_ranks() const {
+  if (!is_root())
+    return receive_from(own_ranks_.front(), tag_command, {"its own rank 0 to pass on a command", ""}, patience, &commands_);
+  const Bytes bytes =
+      receive_from(world_.coupler(), tag_command, {"a command of the coupler", "coupler"}, patience, &commands_);
   for (std::size_t r = 1; r < own_ranks_.size(); ++r)
-    world_.bells().ring(own_ranks_[r]);
+    mail_.send(own_ranks_[r], tag_command, bytes);
+  return bytes;
 }
 
 Bytes Link::receive(Tag tag) {
-  Bytes content;
+  return receive_from(world_.coupler(), tag, {"a routing table of the coupler", "coupler"});
+}
+
+Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience, Habit *habit) {
+  std::optional<Mailbox::Letter> letter;
   const auto came = [&] {
-    auto letter = mail_.receive(world_.coupler(), tag);
-    if (letter)
-      content = std::move(letter->content);
+    letter = mail_.receive(world_rank, tag);
     return letter.has_value();
   };
-  waiting_.until(came, [] { return Awaited{"a routing table of the coupler", "coupler"}; });
-  return content;
+  waiting_.until(came, [&] { return awaited; }, patience, habit);
+  return std::move(letter->content);
 }
 
 void Link::post_progress() {
-  Packer nothing;
   if (is_root())
-    mail_.send(world_.coupler(), tag_progress, nothing);
+    mail_.send(world_.coupler(), tag_progress, {});
 }
 
 void Link::pass_turn(const std::string &to) {
   const auto ranks = world_.ranks_of(to);
-  for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_) {
-    Packer nothing;
-    mail_.send(ranks[r], tag_turn, nothing);
-  }
+  for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
+    mail_.send(ranks[r], tag_turn, {});
 }
 
 void Link::take_turn(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
   const int rank = ranks.at(local_rank_ % ranks.size());
-  waiting_.until([&] { return mail_.receive(rank, tag_turn).has_value(); },
-                 [&] {
-                   return Awaited{"its turn, which " + from + " passes on", from};
-                 },
-                 1, &turns_);
+  receive_from(rank, tag_turn, {"its turn, which " + from + " passes on", from}, 1, &turns_);
 }
 
-std::vector<double> Link::sum(const std::vector<double> &values) {
-  summands_ = values;
-  sums_.assign(values.size(), 0.);
-  MPI_Request request;
-  MPI_Ireduce(summands_.data(), sums_.data(), values.size(), MPI_DOUBLE, MPI_SUM, 0, world_.local(), &request);
-  if (!is_root())
-    world_.bells().ring(own_ranks_.front());
-  const auto done = [&request] {
-    int complete = 0;
-    MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
-    return complete != 0;
-  };
-  waiting_.until(done, [] { return Awaited{"its own ranks to add up their report", ""}; });
-  return sums_;
+std::vector<Report> Link::receive_shares() {
+  std::vector<Report> shares;
+  for (std::size_t r = 1; r < own_ranks_.size(); ++r)
+    shares.push_back(unpack<Report>(receive_from(own_ranks_[r], tag_share, {"its own rank " + std::to_string(r) + " to report", ""})));
+  return shares;
 }
 
 void Link::tell_failures(const std::function<void()> &body) {
@@ -160,8 +111,7 @@ void Link::complain(const Complaint &complaint) {
 }
 
 void Link::wait_for_exit() {
-  Packer nothing;
-  mail_.send(world_.coupler(), tag_gone, nothing);
+  mail_.send(world_.coupler(), tag_gone, {});
   const Waiting undisturbed([] {});
   undisturbed.within(grace, [this] {
     mail_.all_sent();
@@ -170,8 +120,7 @@ void Link::wait_for_exit() {
 }
 
 void Link::wait_for_the_end() {
-  Packer nothing;
-  mail_.send(world_.coupler(), tag_gone, nothing);
+  mail_.send(world_.coupler(), tag_gone, {});
   try {
     waiting_.until([] { return false; }, [] { return Awaited{"the end of all others", "coupler"}; }, 10);
   } catch (const LeaveOrder &order) {

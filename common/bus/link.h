@@ -41,8 +41,9 @@ class Link {
   void pass_turn(const std::string &to);
   /// Waits until another participant has passed its turn on.
   void take_turn(const std::string &from);
-  /// Sum over the participant's ranks, valid on its root.
-  std::vector<double> sum(const std::vector<double> &values);
+  /// From the other ranks to the root, which passes a report of all on. Who posts does not wait.
+  void post_share(const Report &share) { mail_.post(own_ranks_.front(), tag_share, share); }
+  std::vector<Report> receive_shares();
 
   /// Runs `body`; an exception becomes a complaint, answered by the order to leave. Returns the exit code.
   int guard(const std::function<void()> &body);
@@ -64,8 +65,7 @@ class Link {
   /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
   /// closed their files.
   void wait_for_exit();
-  void ring_own_ranks() const;
-  void broadcast(void *data, std::size_t size, double patience, Habit *habit = nullptr);
+  Bytes receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience = 1, Habit *habit = nullptr);
 
   World &world_;
   Mailbox mail_;
@@ -75,9 +75,6 @@ class Link {
   std::vector<int> own_ranks_; ///< of the world, in the order of local ranks
   int leave_code_ = 0;
   MPI_Request leave_ = MPI_REQUEST_NULL;
-  std::size_t size_ = 0;
-  Bytes bytes_;
-  std::vector<double> summands_, sums_;
 };
 
 } // namespace heartbus::bus

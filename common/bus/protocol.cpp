@@ -128,8 +128,8 @@ std::string kind_of_work(const Command &command) {
   return "";
 }
 
-void Mailbox::send(int rank, Tag tag, Packer &packer) {
-  Outbound &letter = outbound_.emplace_back(Outbound{packer.take(), MPI_REQUEST_NULL});
+void Mailbox::send(int rank, Tag tag, Bytes bytes) {
+  Outbound &letter = outbound_.emplace_back(Outbound{std::move(bytes), MPI_REQUEST_NULL});
   MPI_Isend(letter.bytes.data(), letter.bytes.size(), MPI_BYTE, rank, tag, communicator_, &letter.request);
   if (tag != tag_progress)
     bells_.ring(rank);

@@ -14,7 +14,7 @@ namespace heartbus::bus {
 
 /// Tags of the control communicator.
 enum Tag {
-  tag_command,     ///< coupler -> root: the welcome, then batches of commands
+  tag_command,     ///< coupler -> root -> other ranks: the welcome, then batches of commands
   tag_declaration, ///< every rank -> coupler
   tag_route,       ///< coupler -> rank: its row of a routing table
   tag_progress,    ///< root -> coupler: one command has been executed
@@ -24,7 +24,8 @@ enum Tag {
   tag_gone,        ///< every rank -> coupler: its work is done or unwound
   tag_trace,       ///< every rank -> coupler: what it has done when, if it was ordered to note that
   tag_exit,        ///< coupler -> every rank, after a failure: all have gone, the processes may end
-  tag_turn         ///< from one participant's ranks to those of another: go on
+  tag_turn,        ///< from one participant's ranks to those of another: go on
+  tag_share        ///< rank -> root: its part of a report
 };
 
 /// First message to a participant.
@@ -80,12 +81,12 @@ class Mailbox {
   explicit Mailbox(const World &world) : communicator_(world.control()), bells_(world.bells()) {}
 
   /// Rings the receiver's bell, except for progress, which nobody hurries for.
-  void send(int rank, Tag tag, Packer &packer);
+  void send(int rank, Tag tag, Bytes bytes);
   template <class T>
   void post(int rank, Tag tag, const T &message) {
     Packer packer;
     packer << message;
-    send(rank, tag, packer);
+    send(rank, tag, packer.take());
   }
 
   struct Letter {

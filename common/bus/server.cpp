@@ -50,14 +50,6 @@ std::string whose(const Command &command) {
   }
 }
 
-/// The numbers of a report that ranks add up.
-std::vector<double *> summands(Report &report) {
-  std::vector<double *> all{&report.cpu_seconds, &report.peak_memory};
-  for (Seconds *seconds : {&report.times.commands, &report.times.parts})
-    for (auto &entry : *seconds)
-      all.push_back(&entry.second);
-  return all;
-}
 
 } // namespace
 
@@ -200,18 +192,20 @@ void Server::report() {
   getrusage(RUSAGE_SELF, &usage);
   report.cpu_seconds = cpu_seconds(usage);
   report.peak_memory = usage.ru_maxrss * 1024.; // kilobytes on Linux
-  const std::vector<double *> all = summands(report);
-  std::vector<double> sums;
-  for (const double *summand : all)
-    sums.push_back(*summand);
+  if (!link_.is_root())
+    return link_.post_share(report);
+  std::vector<Report> shares;
   {
     const Stopwatch::Section waiting(parts_, "waiting"); // for the slowest rank
-    sums = link_.sum(sums);
+    shares = link_.receive_shares();
   }
-  for (std::size_t k = 0; k < all.size(); ++k)
-    *all[k] = sums[k];
-  if (link_.is_root())
-    link_.post(tag_report, report);
+  for (const Report &share : shares) {
+    declared_.combine(share.scalars, report.scalars);
+    report.times += share.times;
+    report.cpu_seconds += share.cpu_seconds;
+    report.peak_memory += share.peak_memory;
+  }
+  link_.post(tag_report, report);
 }
 
 /// The solver's time by its own sections; what it does outside them is "other".

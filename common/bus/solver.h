@@ -16,6 +16,9 @@ struct Step {
   double size = 0;   ///< dt = t^{n+1} - t^n [s]
 };
 
+/// How the values that the ranks have of a scalar become one: that of rank 0, or the extreme one (NaN if one is NaN).
+enum class Combine { first, min, max };
+
 /// What a participant tells the coupler about itself before the run. All data are held by the solver; the bus reads
 /// `output` buffers when a transfer is ordered and fills `input` buffers before the next command is executed.
 class Declaration {
@@ -38,8 +41,9 @@ class Declaration {
   /// Something a sequence may order by name besides prepare, solve and commit; collective over the ranks.
   virtual void task(const std::string &name, std::function<void(const Step &)> action) = 0;
 
-  /// A number for the history, asked for after each commit on every rank (collective); rank 0's value counts.
-  virtual void scalar(const std::string &name, const std::string &unit, std::function<double()> value) = 0;
+  /// A number for the history, asked for after each commit on every rank. Not collective: nobody is to wait then.
+  virtual void scalar(const std::string &name, const std::string &unit, std::function<double()> value,
+                      Combine combine = Combine::first) = 0;
 
   /// A scalar whose values are the indices of these names, e.g. the phases of the heartbeat.
   virtual void state(const std::string &name, const std::vector<std::string> &names, std::function<int()> value) = 0;

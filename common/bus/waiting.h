@@ -3,6 +3,7 @@
 #include "common/bus/doorbell.h"
 #include "common/bus/failure.h"
 
+#include <chrono>
 #include <functional>
 #include <string>
 
@@ -27,7 +28,7 @@ struct Habit {
 };
 
 /// Waits asleep until the bell rings. For what does not ring (senders on other nodes, later stages of collective operations) it
-/// also looks by itself: it spins 50 us (most answers come at once), sleeps through half of what a recurring wait took, or
+/// also looks by itself: it spins at first (most answers come at once), sleeps through half of what a recurring wait took, or
 /// three quarters of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at
 /// most 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also calls
 /// `poll`, which looks for an order to leave and throws it.
@@ -35,7 +36,8 @@ class Waiting {
  public:
   explicit Waiting(std::function<void()> poll, const Doorbells *bells = nullptr);
 
-  double deadline = 60; ///< [s]; the scene's value from the handshake on
+  double deadline = 60;              ///< [s]; the scene's value from the handshake on
+  std::chrono::microseconds spin{50}; ///< before it sleeps
 
   /// Returns when `done()`; Late("waited .. s for ..") after `patience` deadlines. `habit` is kept by the caller for
   /// waits that recur.
