@@ -35,9 +35,8 @@ struct Culprit {
 struct Coordinator::Implementation {
   Implementation(int &argc, char **&argv)
       : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world),
-        waiting([this] { poll(); }, &world.bells()) {
+        waiting([this] { poll(); }, [this] { return !mail.all_sent(); }, &world.bells()) {
     MPI_Comm_size(world.control(), &n_ranks);
-    waiting.spin = {}; // those who work want its core, and have their orders a step ahead
   }
 
   void poll();
@@ -168,7 +167,7 @@ void Coordinator::Implementation::order_all_to_leave(int code) {
 /// After a failure: everybody gets the code and a moment to unwind, i.e. to close files; then all may end.
 void Coordinator::Implementation::send_off(int code) {
   order_all_to_leave(code);
-  const Waiting undisturbed([] {});
+  const Waiting undisturbed([] {}, [] { return true; }, nullptr);
   const auto all_gone = [this] {
     mail.all_sent();
     while (mail.receive(MPI_ANY_SOURCE, tag_gone))

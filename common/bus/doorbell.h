@@ -18,6 +18,7 @@ class Doorbells {
   Doorbells(const Doorbells &) = delete;
   void free(); ///< collective
 
+  bool reach_everybody() const; ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far

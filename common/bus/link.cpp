@@ -1,5 +1,6 @@
 #include "common/bus/link.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <thread>
@@ -12,11 +13,16 @@ constexpr double grace = 3;   ///< [s] for the coupler to answer
 
 } // namespace
 
-Link::Link(World &world) : world_(world), mail_(world), waiting_([this] { poll(); }, &world.bells()) {
+Link::Link(World &world) : world_(world), mail_(world), waiting_([this] { poll(); }, [this] { return is_sending(); }, &world.bells()) {
   MPI_Comm_rank(world.local(), &local_rank_);
   MPI_Comm_size(world.local(), &local_size_);
   own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
   MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
+}
+
+bool Link::is_sending() {
+  return !mail_.all_sent() ||
+         std::any_of(outgoing.begin(), outgoing.end(), [](auto &route) { return !route.second.idle(); });
 }
 
 void Link::poll() {
@@ -112,7 +118,7 @@ void Link::complain(const Complaint &complaint) {
 
 void Link::wait_for_exit() {
   mail_.send(world_.coupler(), tag_gone, {});
-  const Waiting undisturbed([] {});
+  const Waiting undisturbed([] {}, [] { return true; }, nullptr);
   undisturbed.within(grace, [this] {
     mail_.all_sent();
     return mail_.receive(world_.coupler(), tag_exit).has_value();

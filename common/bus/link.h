@@ -61,6 +61,7 @@ class Link {
 
  private:
   void poll();
+  bool is_sending(); ///< whether messages of its own are under way
   [[noreturn]] void complain(const Complaint &complaint);
   /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
   /// closed their files.

@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <sstream>
 #include <thread>
+#include <utility>
 
 #ifdef __linux__
 #include <sys/prctl.h>
@@ -16,20 +17,41 @@ namespace {
 
 using namespace std::chrono;
 
-constexpr microseconds shortest_pause(5), longest_pause(200);
+constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
 constexpr double long_wait = 2e-3;      ///< [s]
 constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
 
+double usual(const Habit &habit) { return std::min(habit.last, habit.before); }
+
 /// How much of a recurring wait is slept through [s]: short ones vary more, and oversleeping them costs more.
-double slept_through(const Habit &habit) {
-  const double shorter = std::min(habit.last, habit.before);
-  return (shorter < long_wait ? 0.5 : 0.75) * shorter;
-}
+double slept_through(const Habit &habit) { return (usual(habit) < long_wait ? 0.5 : 0.75) * usual(habit); }
+
+/// How long to sleep next.
+struct Naps {
+  nanoseconds expected; ///< when it becomes worth while to look
+  nanoseconds pause = longest_nap, look = shortest_pause;
+
+  /// A ring that was not the last one may be of a message that takes a moment.
+  nanoseconds between_rings() {
+    return std::exchange(pause, std::min<nanoseconds>(2 * pause, longest_nap));
+  }
+  nanoseconds without_bell(nanoseconds waited) {
+    if (waited < expected)
+      return std::min<nanoseconds>(expected - waited, longest_nap);
+    const auto longest = std::max<nanoseconds>(longest_pause, (waited - expected) / naps_of_a_wait);
+    return std::exchange(look, std::min<nanoseconds>({2 * look, longest, longest_nap}));
+  }
+  void woken(nanoseconds waited) {
+    expected = waited; // something is on its way
+    pause = look = shortest_pause;
+  }
+};
 
 } // namespace
 
-Waiting::Waiting(std::function<void()> poll, const Doorbells *bells) : poll_(std::move(poll)), bells_(bells) {
+Waiting::Waiting(std::function<void()> poll, std::function<bool()> is_sending, const Doorbells *bells)
+    : poll_(std::move(poll)), is_sending_(std::move(is_sending)), bells_(bells) {
 #ifdef __linux__
   prctl(PR_SET_TIMERSLACK, 1000); // [ns]: a pause takes as long as it says, not 50 us longer
 #endif
@@ -44,8 +66,10 @@ bool Waiting::sleep(std::uint32_t heard, nanoseconds longest) const {
 
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  auto expected = duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0));
-  nanoseconds pause = shortest_pause, waited(0);
+  const bool is_short = habit && usual(*habit) < long_wait;
+  const bool until_rung = !is_short && bells_ && bells_->reach_everybody();
+  Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
+  nanoseconds waited(0);
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
@@ -53,21 +77,12 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
     poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if (waited < spin)
+    if (is_short && waited < spin)
       sched_yield();
-    else if (waited < expected) {
-      if (sleep(heard, std::min<nanoseconds>(expected - waited, longest_nap))) {
-        expected = waited; // something is on its way
-        pause = shortest_pause;
-      }
-    } else {
-      const nanoseconds overdue = waited - expected;
-      if (sleep(heard, pause))
-        pause = shortest_pause;
-      else
-        pause =
-            std::min<nanoseconds>({2 * pause, std::max<nanoseconds>(longest_pause, overdue / naps_of_a_wait), longest_nap});
-    }
+    else if (done()) // a probe finds what the one before has let in
+      break;
+    else if (sleep(heard, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
+      naps.woken(waited);
   }
   if (habit)
     *habit = {duration<double>(waited).count(), habit->last};
