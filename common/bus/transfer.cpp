@@ -64,8 +64,9 @@ void Outgoing::send(const Step &step, const std::vector<double> &values) {
     for (const int point : channel.peer.points)
       packed = std::copy_n(values.data() + std::size_t(point) * components_, components_, packed);
     MPI_Start(&channel.request);
-    world_.bells().ring(channel.peer.world_rank);
   }
+  for (const Channel &channel : channels_) // who wakes may take this core
+    world_.bells().ring(channel.peer.world_rank);
 }
 
 std::string Outgoing::busy_with() const { return incomplete(channels_); }
