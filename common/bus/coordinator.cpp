@@ -40,6 +40,7 @@ struct Coordinator::Implementation {
   }
 
   void poll();
+  void open_letters();
   void heed_complaint(Mailbox::Letter letter);
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
@@ -83,6 +84,14 @@ std::string Coordinator::Implementation::who(int world_rank) const {
 
 void Coordinator::Implementation::poll() {
   mail.all_sent();
+  if (!mail.is_empty()) // MPI yields the core in each look that finds nothing
+    open_letters();
+  for (Recorder &recorder : recorders)
+    recorder.take_arrived();
+  crew.watch(waiting.deadline + watch_margin, route_names);
+}
+
+void Coordinator::Implementation::open_letters() {
   while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_progress))
     crew.executed_one(world.members()[letter->sender].name);
   if (auto letter = mail.receive(MPI_ANY_SOURCE, tag_complaint))
@@ -93,9 +102,6 @@ void Coordinator::Implementation::poll() {
     const auto [name, rank] = member(letter->sender);
     traces.push_back({name, rank, unpack<Trace>(std::move(letter->content))});
   }
-  for (Recorder &recorder : recorders)
-    recorder.take_arrived();
-  crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
 void Coordinator::Implementation::heed_complaint(Mailbox::Letter letter) {

@@ -148,6 +148,12 @@ std::optional<Mailbox::Letter> Mailbox::receive(int rank, Tag tag) {
   return Letter{status.MPI_SOURCE, std::move(bytes)};
 }
 
+bool Mailbox::is_empty() const {
+  int arrived = 0;
+  MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, communicator_, &arrived, MPI_STATUS_IGNORE);
+  return !arrived;
+}
+
 bool Mailbox::all_sent() {
   for (auto letter = outbound_.begin(); letter != outbound_.end();) {
     int sent = 0;

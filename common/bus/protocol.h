@@ -95,6 +95,7 @@ class Mailbox {
   };
   std::optional<Letter> receive(int rank, Tag tag); ///< rank may be MPI_ANY_SOURCE
 
+  bool is_empty() const; ///< nothing has arrived
   bool all_sent(); ///< lets messages progress and frees those that have left
 
  private:

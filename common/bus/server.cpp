@@ -169,7 +169,7 @@ void Server::receive(int route, const Step &step) {
   };
   {
     const Stopwatch::Section waiting(parts_, "waiting");
-    link_.waiting().until([&] { return ends.arrived(); }, awaited, 1, &ends.habit);
+    link_.waiting().until([&] { return ends.arrived(); }, awaited, 1, &ends.habit(step));
   }
   field.target->resize(field.size);
   if (ends.sender().empty())

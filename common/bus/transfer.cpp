@@ -109,6 +109,14 @@ Step Incoming::take(std::vector<double> &values) {
   return step;
 }
 
+Habit &Incoming::habit(const Step &step) {
+  if (step.number != step_)
+    n_receipts_ = 0;
+  step_ = step.number;
+  habits_.resize(std::max<std::size_t>(habits_.size(), n_receipts_ + 1));
+  return habits_[n_receipts_++];
+}
+
 std::string Incoming::missing() const { return incomplete(channels_); }
 
 void Incoming::close() {

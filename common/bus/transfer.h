@@ -48,12 +48,15 @@ class Incoming {
   std::string missing() const;            ///< "ep (rank 1)": whose message has not come yet
   std::string sender() const { return channels_.empty() ? "" : channels_.front().peer.participant; }
   void close();
-  Habit habit; ///< of waiting for it
+  /// Of waiting for it: as long as at the same receipt of the step before, not as at the last one.
+  Habit &habit(const Step &step);
 
  private:
   int route_;
   unsigned components_;
   std::vector<Channel> channels_;
+  std::vector<Habit> habits_; ///< by receipt within a step
+  int step_ = 0, n_receipts_ = 0;
 };
 
 } // namespace heartbus::bus

@@ -33,9 +33,7 @@ struct Naps {
   nanoseconds pause = longest_nap, look = shortest_pause;
 
   /// A ring that was not the last one may be of a message that takes a moment.
-  nanoseconds between_rings() {
-    return std::exchange(pause, std::min<nanoseconds>(2 * pause, longest_nap));
-  }
+  nanoseconds between_rings() { return std::exchange(pause, std::min<nanoseconds>(10 * pause, longest_nap)); }
   nanoseconds without_bell(nanoseconds waited) {
     if (waited < expected)
       return std::min<nanoseconds>(expected - waited, longest_nap);
@@ -79,7 +77,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       return false;
     if (is_short && waited < spin)
       sched_yield();
-    else if (done()) // a probe finds what the one before has let in
+    else if (until_rung && done()) // a probe finds what the one before has let in
       break;
     else if (sleep(heard, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
       naps.woken(waited);
