@@ -33,7 +33,7 @@ struct Naps {
   nanoseconds pause = longest_nap, look = shortest_pause;
 
   /// A ring that was not the last one may be of a message that takes a moment.
-  nanoseconds between_rings() { return std::exchange(pause, std::min<nanoseconds>(10 * pause, longest_nap)); }
+  nanoseconds between_rings() { return std::exchange(pause, std::min<nanoseconds>(4 * pause, longest_nap)); }
   nanoseconds without_bell(nanoseconds waited) {
     if (waited < expected)
       return std::min<nanoseconds>(expected - waited, longest_nap);

@@ -14,9 +14,21 @@ namespace heartbus::bus {
 
 const char *const build_id = "heartbus 0.1.0, compiler " __VERSION__;
 
+namespace {
+
+/// Open MPI hands larger messages over in stages for which the sender has to be awake, unless one process may read the other's
+/// memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB, a step's fields have up to 30.
+void keep_messages_whole() {
+  setenv("OMPI_MCA_btl_vader_eager_limit", "65536", 0);
+  setenv("OMPI_MCA_btl_vader_max_send_size", "65536", 0);
+}
+
+} // namespace
+
 World::World(int &argc, char **&argv, const Member &self) {
   // The launcher forwards SIGUSR1 to every rank, and by default it ends a process.
   std::signal(SIGUSR1, SIG_IGN);
+  keep_messages_whole();
   int provided;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
   MPI_Comm_dup(MPI_COMM_WORLD, &control_);
