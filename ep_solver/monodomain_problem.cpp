@@ -13,9 +13,9 @@ constexpr double what_rounding_allows = 1e-6;
 
 MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                                      double tolerance, const std::string &preconditioner)
-    : M_(space, 1), K_(space, 1), A_(space, 1), tolerance_(tolerance), preconditioner_kind_(preconditioner),
-      rate_(space.make_vector(1)), rhs_(space.make_vector(1)), work_(space.make_vector(1)),
-      increment_(space.make_vector(1)) {
+    : M_(space, 1), K_(space, 1), A_(space, 1), wv_(2 * std::size_t(space.n_local_nodes())), weights_(space.make_vector(1)),
+      tolerance_(tolerance), preconditioner_kind_(preconditioner), rate_(weights_), residual_(weights_),
+      increment_(weights_) {
   const unsigned n = space.nodes_per_cell(), n_q = space.n_q();
   std::vector<Lanes> M(n * n), K(n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
@@ -24,6 +24,12 @@ MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std:
     M_.add_batch(batch, M.data());
     K_.add_batch(batch, K.data());
   }
+  entries_.reserve(2 * std::size_t(M_.row_begin()[M_.n_rows()]));
+  for (int row = 0; row < M_.n_rows(); ++row)
+    for (int k = M_.row_begin()[row]; k < M_.row_begin()[row + 1]; ++k) {
+      entries_.insert(entries_.end(), {float(M_.values()[k]), float(-K_.values()[k])});
+      weights_.local_element(row) += M_.values()[k];
+    }
 }
 
 void MonodomainProblem::set_step(double dt) {
@@ -41,10 +47,11 @@ fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem
   const bus::Stopwatch::Section assembly(stopwatch, "assembly");
   rate_ = I;
   rate_.add(1 / dt_, v_n);
-  M_.vmult(rhs_, rate_);
-  const double wanted = tolerance_ * rhs_.l2_norm();
+  residual_ = rate_;
+  residual_.scale(weights_);
+  const double wanted = tolerance_ * residual_.l2_norm();
   fem::LinearStatistics statistics;
-  statistics.residual = statistics.initial_residual = subtract_product(v);
+  statistics.residual = statistics.initial_residual = find_residual(v);
   while (statistics.residual > wanted) {
     const double reduction = wanted / statistics.residual;
     const auto correction = correct(v, std::max(reduction, what_rounding_allows));
@@ -52,17 +59,19 @@ fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem
     statistics.residual = correction.residual;
     if (reduction >= what_rounding_allows)
       break;
-    M_.vmult(rhs_, rate_);
-    statistics.residual = subtract_product(v);
+    statistics.residual = find_residual(v);
   }
   return statistics;
 }
 
-/// rhs -= A v; returns its norm.
-double MonodomainProblem::subtract_product(const fem::Vector &v) {
-  A_.vmult(work_, v);
-  rhs_ -= work_;
-  return rhs_.l2_norm();
+double MonodomainProblem::find_residual(const fem::Vector &v) {
+  const fem::GhostValues ghosts(v), ghosts_of_rate(rate_);
+  for (std::size_t node = 0; node < wv_.size() / 2; ++node) {
+    wv_[2 * node] = rate_.begin()[node] - v.begin()[node] / dt_;
+    wv_[2 * node + 1] = v.begin()[node];
+  }
+  subtract_flux(M_.n_rows(), M_.row_begin(), M_.column_nodes(), entries_.data(), wv_.data(), residual_.begin());
+  return residual_.l2_norm();
 }
 
 fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reduction) {
@@ -70,7 +79,7 @@ fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reductio
   increment_ = 0;
   const auto statistics = fem::solve_linear(
       "monodomain equation", "cg", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); }, increment_,
-      rhs_, *preconditioner_, reduction);
+      residual_, *preconditioner_, reduction);
   v += increment_;
   return statistics;
 }
