@@ -44,7 +44,8 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.point_set("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   declaration.output("calcium", "tissue", 1, "uM", "n+1", calcium_);
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
-  declaration.scalar("activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
+  declaration.scalar(
+      "activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {

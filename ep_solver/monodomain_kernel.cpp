@@ -45,8 +45,8 @@ HEARTBUS_SIMD void monodomain_matrices(unsigned n_q, unsigned n, const double *s
   }
 }
 
-HEARTBUS_SIMD void subtract_flux(int n_rows, const int *begin, const int *columns, const float *entries, const double *wv,
-                                 double *r) {
+HEARTBUS_SIMD void subtract_flux(int n_rows, const int *begin, const int *columns, const float *entries,
+                                 const double *wv, double *r) {
   for (int row = 0; row < n_rows; ++row) {
     Double2 sums[4] = {}; // a single one would wait for each addition to end
     int k = begin[row];

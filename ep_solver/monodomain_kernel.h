@@ -11,8 +11,8 @@ namespace heartbus::ep {
 void monodomain_matrices(unsigned n_q, unsigned n, const double *shapes, const fem::Lanes *gradients,
                          const fem::Lanes *JxW, const fem::Mat3<fem::Lanes> *D, fem::Lanes *M, fem::Lanes *K);
 
-/// M w - K v of rows whose entries stand side by side as M_ab, -K_ab, in single precision: `begin` of each row and the end,
-/// `columns`, `entries` [entry][2]. `wv`: w_b, v_b of each node, [node][2].
+/// M w - K v of rows whose entries stand side by side as M_ab, -K_ab, in single precision: `begin` of each row and the
+/// end, `columns`, `entries` [entry][2]. `wv`: w_b, v_b of each node, [node][2].
 void subtract_flux(int n_rows, const int *begin, const int *columns, const float *entries, const double *wv, double *r);
 
 } // namespace heartbus::ep

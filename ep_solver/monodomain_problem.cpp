@@ -13,9 +13,9 @@ constexpr double what_rounding_allows = 1e-6;
 
 MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                                      double tolerance, const std::string &preconditioner)
-    : M_(space, 1), K_(space, 1), A_(space, 1), wv_(2 * std::size_t(space.n_local_nodes())), weights_(space.make_vector(1)),
-      tolerance_(tolerance), preconditioner_kind_(preconditioner), rate_(weights_), residual_(weights_),
-      increment_(weights_) {
+    : M_(space, 1), K_(space, 1), A_(space, 1), wv_(2 * std::size_t(space.n_local_nodes())),
+      weights_(space.make_vector(1)), tolerance_(tolerance), preconditioner_kind_(preconditioner), rate_(weights_),
+      residual_(weights_), increment_(weights_) {
   const unsigned n = space.nodes_per_cell(), n_q = space.n_q();
   std::vector<Lanes> M(n * n), K(n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
@@ -78,8 +78,8 @@ fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reductio
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   increment_ = 0;
   const auto statistics = fem::solve_linear(
-      "monodomain equation", "cg", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); }, increment_,
-      residual_, *preconditioner_, reduction);
+      "monodomain equation", "cg", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); },
+      increment_, residual_, *preconditioner_, reduction);
   v += increment_;
   return statistics;
 }

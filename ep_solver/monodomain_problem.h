@@ -13,8 +13,8 @@ namespace heartbus::ep {
 ///
 /// with linear elements: (M/dt + K) v^{n+1} = M (v^n/dt + I). The current is interpolated from its nodal values (ionic
 /// current interpolation). M is never lumped: on coarse meshes lumping slows the wave to half its speed or stops it.
-/// The residual, M (v^n/dt + I - v/dt) - K v, takes both matrices in single precision: there M multiplies a change, and K v
-/// is some hundredths of M v/dt, so that rounding leaves 1e-8 of the right-hand side.
+/// The residual, M (v^n/dt + I - v/dt) - K v, takes both matrices in single precision: there M multiplies a change, and
+/// K v is some hundredths of M v/dt, so that rounding leaves 1e-8 of the right-hand side.
 class MonodomainProblem {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
@@ -33,10 +33,10 @@ class MonodomainProblem {
   double find_residual(const fem::Vector &v); ///< returns its norm
   fem::LinearStatistics correct(fem::Vector &v, double reduction);
 
-  fem::NodalMatrix M_, K_, A_;   ///< A = M/dt + K
-  std::vector<float> entries_;   ///< of M and -K, side by side
-  std::vector<double> wv_;       ///< rate - v/dt and v of each node, side by side
-  fem::Vector weights_;          ///< of the nodes: the integrals of their shape functions
+  fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K
+  std::vector<float> entries_; ///< of M and -K, side by side
+  std::vector<double> wv_;     ///< rate - v/dt and v of each node, side by side
+  fem::Vector weights_;        ///< of the nodes: the integrals of their shape functions
   double tolerance_, dt_ = 0;
   std::string preconditioner_kind_;
   std::unique_ptr<fem::RoundedMatrix> rounded_A_; ///< for iterations

@@ -68,8 +68,10 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.task("inflate", [this](const bus::Step &) { inflate(); });
   bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
   bus.scalar("solid_iterations", "1", [this] { return double(statistics_.linear_iterations); });
-  bus.scalar("min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
-  bus.scalar("peak_tension", "Pa", [this] { return peak_tension(); }, bus::Combine::max);
+  bus.scalar(
+      "min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
+  bus.scalar(
+      "peak_tension", "Pa", [this] { return peak_tension(); }, bus::Combine::max);
 }
 
 void MechSolver::inflate() {

@@ -13,7 +13,8 @@ constexpr double grace = 3;   ///< [s] for the coupler to answer
 
 } // namespace
 
-Link::Link(World &world) : world_(world), mail_(world), waiting_([this] { poll(); }, [this] { return is_sending(); }, &world.bells()) {
+Link::Link(World &world)
+    : world_(world), mail_(world), waiting_([this] { poll(); }, [this] { return is_sending(); }, &world.bells()) {
   MPI_Comm_rank(world.local(), &local_rank_);
   MPI_Comm_size(world.local(), &local_size_);
   own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
@@ -35,7 +36,8 @@ void Link::poll() {
 
 Bytes Link::receive_broadcast(double patience) {
   if (!is_root())
-    return receive_from(own_ranks_.front(), tag_command, {"its own rank 0 to pass on a command", ""}, patience, &commands_);
+    return receive_from(own_ranks_.front(), tag_command, {"its own rank 0 to pass on a command", ""}, patience,
+                        &commands_);
   const Bytes bytes =
       receive_from(world_.coupler(), tag_command, {"a command of the coupler", "coupler"}, patience, &commands_);
   for (std::size_t r = 1; r < own_ranks_.size(); ++r)
@@ -53,7 +55,8 @@ Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double
     letter = mail_.receive(world_rank, tag);
     return letter.has_value();
   };
-  waiting_.until(came, [&] { return awaited; }, patience, habit);
+  waiting_.until(
+      came, [&] { return awaited; }, patience, habit);
   return std::move(letter->content);
 }
 
@@ -77,7 +80,8 @@ void Link::take_turn(const std::string &from) {
 std::vector<Report> Link::receive_shares() {
   std::vector<Report> shares;
   for (std::size_t r = 1; r < own_ranks_.size(); ++r)
-    shares.push_back(unpack<Report>(receive_from(own_ranks_[r], tag_share, {"its own rank " + std::to_string(r) + " to report", ""})));
+    shares.push_back(unpack<Report>(
+        receive_from(own_ranks_[r], tag_share, {"its own rank " + std::to_string(r) + " to report", ""})));
   return shares;
 }
 

@@ -50,7 +50,6 @@ std::string whose(const Command &command) {
   }
 }
 
-
 } // namespace
 
 void Server::run() {

@@ -26,13 +26,13 @@ struct Habit {
   double last = 0, before = 0;
 };
 
-/// Waits asleep until the bell rings, besides which it wakes once in 10 ms: each look costs those who work on its core 10 to
-/// 20 us. It looks more often where that pays or is needed: in waits that usually take less than 2 ms, while something of
-/// its own is under way, and where there are ranks whose bells cannot be reached. Then it spins for 50 us (most answers come
-/// at once), sleeps through half of what a recurring wait took, or three quarters of a long one, then 5 us at a time,
-/// doubling up to 200 us or, if that is more, a fiftieth of the time since (at most 10 ms). So an idle rank leaves its core
-/// to the working ones and is still awake in time. Every round also calls `poll`, which looks for an order to leave and
-/// throws it.
+/// Waits asleep until the bell rings, besides which it wakes once in 10 ms: each look costs those who work on its core
+/// 10 to 20 us. It looks more often where that pays or is needed: in waits that usually take less than 2 ms, while
+/// something of its own is under way, and where there are ranks whose bells cannot be reached. Then it spins for 50 us
+/// (most answers come at once), sleeps through half of what a recurring wait took, or three quarters of a long one,
+/// then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most 10 ms). So an
+/// idle rank leaves its core to the working ones and is still awake in time. Every round also calls `poll`, which looks
+/// for an order to leave and throws it.
 class Waiting {
  public:
   /// `is_sending`: whether messages of its own are under way, which may need its help and end without a ring.

@@ -16,8 +16,9 @@ const char *const build_id = "heartbus 0.1.0, compiler " __VERSION__;
 
 namespace {
 
-/// Open MPI hands larger messages over in stages for which the sender has to be awake, unless one process may read the other's
-/// memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB, a step's fields have up to 30.
+/// Open MPI hands larger messages over in stages for which the sender has to be awake, unless one process may read the
+/// other's memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB, a step's fields have up
+/// to 30.
 void keep_messages_whole() {
   setenv("OMPI_MCA_btl_vader_eager_limit", "65536", 0);
   setenv("OMPI_MCA_btl_vader_max_send_size", "65536", 0);

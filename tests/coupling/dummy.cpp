@@ -52,6 +52,10 @@ class Dummy : public bus::Solver {
     bus.task("check", [this](const bus::Step &step) { check(step); });
     bus.scalar("prepared", "1", [this] { return prepared_; });
     bus.state("phase", {"filling", "ejection"}, [this] { return committed_ % 2; });
+    const double unknown = std::numeric_limits<double>::quiet_NaN();
+    bus.scalar("lowest", "1", [this] { return -rank_; }, bus::Combine::min);
+    bus.scalar("highest", "1", [this] { return 10 + rank_; }, bus::Combine::max);
+    bus.scalar("unknown", "1", [this, unknown] { return rank_ == 0 ? 1. : unknown; }, bus::Combine::max);
   }
 
   void prepare_step(const bus::Step &) override { ++prepared_; }

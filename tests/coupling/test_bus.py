@@ -73,11 +73,13 @@ class Bus(unittest.TestCase):
         run = pair()
         self.assertEqual(run.code, 0, run.err)
         self.assertIn("a was prepared 2 times, phase of b is 0", run.out)
+        self.assertIn("lowest 0, highest 10, unknown 1", run.out)
         self.assertIn("b has finished after 2 steps", run.out)
 
     def test_values_arrive_at_the_right_points_from_two_ranks_to_three(self):
         run = pair(a=2, b=3, steps=50)
         self.assertEqual(run.code, 0, run.err)
+        self.assertIn("lowest -1, highest 11, unknown nan", run.out)
         self.assertIn("coupler heard 100 transfers", run.out)
 
     def test_a_point_without_partner_is_named_with_its_neighbour(self):

@@ -27,8 +27,7 @@ struct LonelyBus : bus::Declaration {
     inputs[name] = &values;
   }
   void task(const std::string &name, std::function<void(const bus::Step &)> action) override { tasks[name] = action; }
-  void scalar(const std::string &name, const std::string &, std::function<double()> value,
-              bus::Combine) override {
+  void scalar(const std::string &name, const std::string &, std::function<double()> value, bus::Combine) override {
     scalars[name] = value;
   }
   void state(const std::string &name, const std::vector<std::string> &, std::function<int()> value) override {
