@@ -89,9 +89,10 @@ int main(int argc, char **argv) {
     }
     std::printf("b received for %g s and used %g CPU s in all\n", b.times.commands.at("receive"),
                 b.cpu_seconds - cpu_before);
-    if (!replay)
+    if (!replay) {
       std::printf("a was prepared %g times, phase of b is %g\n", a.scalars.at(0), b.scalars.at(1));
       std::printf("lowest %g, highest %g, unknown %g\n", a.scalars.at(2), a.scalars.at(3), a.scalars.at(4));
+    }
     std::printf("coupler heard %d transfers\n", listener.n_heard());
   });
 }
