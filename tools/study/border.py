@@ -214,7 +214,7 @@ def draw(study, searches, path):
         groups.setdefault(name or study.name, []).append(search)
     columns = min(3, len(groups))
     drawing, axes = plt.subplots(-(-len(groups) // columns), columns, squeeze=False, sharey=True, sharex=True,
-                                 figsize=(1 + 3.6 * columns, 0.8 + 3.6 * -(-len(groups) // columns)))
+                                 figsize=(max(8, 1 + 3.6 * columns), 0.8 + 3.6 * -(-len(groups) // columns)))
     values = [value for search in searches for value in search.points if value < DIRICHLET]
     dirichlet = any(value >= DIRICHLET for search in searches for value in search.points)
     top = 3 * max(values) if dirichlet else max(values)
