@@ -100,6 +100,7 @@ void NavierStokesProblem::visit(io::State &state) {
 
 void NavierStokesProblem::forget_preconditioner() {
   preconditioner_.reset();
+  iterate_moves_.forget();
   added_pressure_ = 0;
 }
 
@@ -141,6 +142,7 @@ void NavierStokesProblem::update_constraints() {
   preconditioner_.reset();
   fem::copy_owned(x_n_, x_nm1_); // no extrapolation over the switch of a valve
   fem::copy_owned(x_n_, x_nm2_);
+  iterate_moves_.forget();
   history_is_new_ = true;
 }
 
@@ -295,6 +297,7 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
     refresh_preconditioner();
     increment_ = 0;
   }
+  iterate_moves_.predict(iteration, increment_);
   fem::LinearStatistics statistics;
   if (norm > 0 && tolerance < 1) {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
@@ -304,6 +307,8 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   last_iterations_ = statistics.iterations;
   if (iteration == 0 && fresh_iterations_ == 0)
     fresh_iterations_ = last_iterations_;
+
+  iterate_moves_.record(iteration, increment_);
 
   fem::copy_owned(guess_, x_);
   x_ += increment_;
@@ -348,6 +353,7 @@ void NavierStokesProblem::commit() {
   x_n_.update_ghost_values();
   fem::copy_owned(d_np1_, d_n_);
   d_n_.update_ghost_values();
+  iterate_moves_.commit();
   update_averages();
 }
 

@@ -3,6 +3,7 @@
 #include "common/bus/stopwatch.h"
 #include "common/fem/anderson.h"
 #include "common/fem/constraints.h"
+#include "common/fem/iterate_moves.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/rounded_matrix.h"
 #include "common/io/state.h"
@@ -66,7 +67,7 @@ class NavierStokesProblem {
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
   void prepare(const fem::Vector &motion);
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
-  /// from the extrapolated old states, the others from the last solution of the step.
+  /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the step before.
   fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
   /// Raises the pressure everywhere, and the force on the wall with it.
   void add_pressure(double pressure);
@@ -149,6 +150,7 @@ class NavierStokesProblem {
   bool history_is_new_ = true;          // since the last commit: there is no x_nm2_ yet
   fem::Vector d_n_, d_np1_;       // motions of the mesh
   fem::Vector guess_, increment_; // x = guess + increment
+  fem::IterateMoves<fem::Vector> iterate_moves_; // of the increment
   fem::Vector residual_;          // of the guess, all terms but the wall's
   fem::Vector guess_load_;        // A guess
   fem::Vector datum_, force_;     // of the Robin condition: alpha M v* - W*, but for acceleration; L

@@ -148,6 +148,7 @@ fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
 
 void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics) {
   statistics_ = statistics;
+  iterate_moves_.record(step.iteration, d_);
   show_motion(step.size);
 }
 
@@ -203,25 +204,28 @@ void MechSolver::correct(const bus::Step &step) {
 
 void MechSolver::refresh() {
   problem_.forget_tangent();
+  iterate_moves_.forget();
   correction_ = 0;
 }
 
-/// Newton starts from the last iterate, or from the parabola through the last three displacements; it goes back to d^n
-/// when that would invert a cell.
+/// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates moved in
+/// the step before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
-  if (step.iteration > 0)
-    return;
-  fem::copy_owned(problem_.d_n, d_);
-  d_.sadd(3.0, -3.0, problem_.d_nm1);
-  d_ += d_nm2_;
-  if (correction_ != 0) // to be added anew, about as much
-    d_.add(-correction_, response_);
+  if (step.iteration == 0) {
+    fem::copy_owned(problem_.d_n, d_);
+    d_.sadd(3.0, -3.0, problem_.d_nm1);
+    d_ += d_nm2_;
+    if (correction_ != 0) // to be added anew, about as much
+      d_.add(-correction_, response_);
+  }
+  iterate_moves_.predict(step.iteration, d_);
 }
 
 void MechSolver::commit_step(const bus::Step &step) {
   fem::copy_owned(problem_.d_nm1, d_nm2_);
   problem_.d_nm1.swap(problem_.d_n);
   fem::copy_owned(d_, problem_.d_n);
+  iterate_moves_.commit();
   force_generation_.commit();
   blood_force_n_ = blood_force_;
   if (writer_ && output_.due(step.number, step.size))

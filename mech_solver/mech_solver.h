@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/bus/solver.h"
+#include "common/fem/iterate_moves.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
@@ -80,6 +81,7 @@ class MechSolver : public bus::Solver {
   ElasticityProblem problem_;
   ForceGeneration force_generation_;
   fem::Vector d_, d_nm2_, stretch_;
+  fem::IterateMoves<fem::Vector> iterate_moves_;
 
   std::vector<unsigned> interface_nodes_; ///< owned
   // what the bus reads and fills; calcium is negative until it arrives
