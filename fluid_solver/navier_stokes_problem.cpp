@@ -1,6 +1,7 @@
 #include "fluid_solver/navier_stokes_problem.h"
 
 #include "common/bus/failure.h"
+#include "common/fem/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
 namespace heartbus::fluid {
@@ -259,8 +260,12 @@ void NavierStokesProblem::refresh_preconditioner() {
   if (preconditioner_ && last_iterations_ <= fresh_iterations_ + fresh_iterations_ / 2 + 2)
     return;
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
-  A_.copy_to(pattern_);
-  preconditioner_ = make_preconditioner(pattern_);
+  if (parameters_.preconditioner == "ilu")
+    preconditioner_ = std::make_unique<fem::BlockILU>(A_);
+  else {
+    A_.copy_to(pattern_);
+    preconditioner_ = make_preconditioner(pattern_);
+  }
   fresh_iterations_ = 0;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "common/fem/block_ilu_kernel.h"
+#include "common/fem/factor_pattern.h"
 #include "common/fem/linear_solver.h"
+#include "common/fem/rounded_matrix.h"
 
 #include <vector>
 
@@ -12,25 +14,23 @@ namespace heartbus::fem {
 /// Schwarz with an overlap of one layer (X.-C. Cai, M. Sarkis, doi:10.1137/S106482759732678X). The blocks of a node are
 /// inverted exactly, which takes care of the coupling of its components; at the time steps of a heartbeat, where mass
 /// dominates, that is nearly all there is. Factors are held in single precision: they are an approximation anyway, and the
-/// solver is bound by memory traffic. They are applied in double precision, because Krylov methods converge only as far as
-/// their preconditioner is linear. On several ranks the approximate inverse of a symmetric matrix is not quite symmetric:
-/// conjugate gradients must be flexible.
+/// solver is bound by memory traffic. They are made and applied in double precision, the latter because Krylov methods converge
+/// only as far as their preconditioner is linear. On several ranks the approximate inverse of a symmetric matrix is not quite
+/// symmetric: conjugate gradients must be flexible.
 class BlockILU : public Preconditioner {
  public:
   /// Collective. The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.
-  explicit BlockILU(const NodalMatrix &matrix);
+  explicit BlockILU(const RoundedMatrix &matrix);
+  explicit BlockILU(const NodalMatrix &matrix) : BlockILU(RoundedMatrix(matrix)) {}
   void vmult(Vector &y, const Vector &x) const override;
   /// The same for each of three components of x, by the factors of a matrix of one component.
   void vmult_threefold(Vector &y, const Vector &x) const;
 
  private:
-  template <unsigned b>
-  void factorise(const NodalMatrix &matrix);
   BlockFactors factors() const;
 
   unsigned components_;
-  int n_owned_;
-  std::vector<int> end_, columns_; ///< see BlockFactors
+  std::shared_ptr<const FactorPattern> pattern_;
   std::vector<float> factors_;
   mutable std::vector<double> work_;
 };

@@ -7,6 +7,7 @@
 #include <deal.II/lac/trilinos_sparsity_pattern.h>
 
 #include <Epetra_CrsMatrix.h>
+#include <Epetra_FECrsGraph.h>
 
 #include <set>
 
@@ -25,6 +26,8 @@ NodalMatrix::NodalMatrix(const LagrangeSpace &space, unsigned components) : spac
   for (const auto &row : neighbours)
     longest = std::max(longest, row.size());
   dealii::TrilinosWrappers::SparsityPattern pattern(owned, owned, space.communicator(), longest * c);
+  // Else Epetra leaves the ghost columns of an owner in any order, from the second owner on, and blocks fall to pieces.
+  const_cast<Epetra_FECrsGraph &>(pattern.trilinos_sparsity_pattern()).SortGhostsAssociatedWithEachProcessor(true);
   std::vector<dealii::types::global_dof_index> columns;
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
     columns.clear();
@@ -141,6 +144,12 @@ void NodalMatrix::collect_blocks() {
       block_columns_.push_back(int(partitioner->global_to_local(columns.GID(columns_[k]) / components_)));
     block_begin_.push_back(int(block_columns_.size()));
   }
+}
+
+std::shared_ptr<const FactorPattern> NodalMatrix::factor_pattern() const {
+  if (!factor_pattern_)
+    factor_pattern_ = std::make_shared<const FactorPattern>(*this);
+  return factor_pattern_;
 }
 
 int NodalMatrix::column_of(unsigned local_dof) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/fem/factor_pattern.h"
 #include "common/fem/lagrange_space.h"
 
 #include <deal.II/lac/trilinos_sparse_matrix.h>
@@ -66,6 +67,9 @@ class NodalMatrix {
     return constrained_.empty() || row == column || !(constrained_[row] || constrained_[column]);
   }
 
+  /// Of its incomplete factorisations; made when asked for the first time, which is collective.
+  std::shared_ptr<const FactorPattern> factor_pattern() const;
+
   // Raw rows for those who extract sub-matrices: Trilinos' arrays of this rank.
   int n_rows() const { return n_rows_; }
   const int *row_begin() const { return row_begin_; }
@@ -90,6 +94,7 @@ class NodalMatrix {
   std::vector<std::uint8_t> constrained_; ///< [local dof], empty: none
   std::vector<std::uint8_t> slot_constrained_;
   mutable std::vector<double> fours_; ///< x, padded
+  mutable std::shared_ptr<const FactorPattern> factor_pattern_;
 };
 
 template <class Free, class Constrained>

@@ -10,8 +10,12 @@ namespace heartbus::fem {
 /// constraints of one.
 class RoundedMatrix {
  public:
-  /// Rounds `matrix`, whose values may change afterwards; `add_batch`, `add_block` and `copy_to` need it to live on.
+  /// Rounds `matrix`, whose values may change afterwards; all but `vmult` need it to live on.
   explicit RoundedMatrix(const NodalMatrix &matrix);
+
+  unsigned components() const { return components_; }
+  const NodalMatrix &pattern() const { return pattern_; }
+  const float *values() const { return values_.data(); } ///< block after block, in the order of `pattern`
 
   void clear();
   void add_batch(unsigned batch, const Lanes *K);                             ///< as of NodalMatrix; of four components

@@ -1,4 +1,5 @@
 #include "common/fem/anderson.h"
+#include "common/fem/iterate_moves.h"
 
 #include "mpi_test_main.h"
 
@@ -51,6 +52,71 @@ TEST(Anderson, ARestartForgetsAnotherMap) {
   anderson.restart();
   x = anderson.next(x, y);
   EXPECT_EQ(x[0], 1);
+}
+
+namespace {
+
+/// Iterate k of the step to time t, which the parabola in t describes.
+Vector iterate(int k, double t) {
+  Vector x(n);
+  for (unsigned i = 0; i < n; ++i)
+    x[i] = 1 + i * t + (1 + 0.1 * k) * t * t + k * (2 - i * t);
+  return x;
+}
+
+/// How far the predictions of a step's iterates are from what comes, given the steps before.
+double largest_miss(const fem::IterateMoves<Vector> &moves, int n_iterates, double t) {
+  double miss = 0;
+  Vector x = iterate(n_iterates - 1, t); // the extrapolated states, here exact
+  for (int k = 0; k < n_iterates; ++k) {
+    moves.predict(k, x);
+    x -= iterate(k, t);
+    miss = std::max(miss, x.linfty_norm());
+    x = iterate(k, t);
+  }
+  return miss;
+}
+
+void take_step(fem::IterateMoves<Vector> &moves, int n_iterates, double t) {
+  for (int k = 0; k < n_iterates; ++k)
+    moves.record(k, iterate(k, t));
+  moves.commit();
+}
+
+} // namespace
+
+TEST(IterateMoves, IteratesThatFollowParabolasAreForeseenAfterThreeSteps) {
+  fem::IterateMoves<Vector> moves;
+  double before = largest_miss(moves, 3, 0.1);
+  for (int step = 1; step <= 3; ++step) {
+    take_step(moves, 3, 0.1 * step);
+    const double now = largest_miss(moves, 3, 0.1 * (step + 1));
+    EXPECT_LT(now, 0.3 * before) << "after step " << step;
+    before = now;
+  }
+  EXPECT_LT(before, 1e-13);
+}
+
+TEST(IterateMoves, AnIterateThatTheStepBeforeDidNotHaveIsTheLastOne) {
+  fem::IterateMoves<Vector> moves;
+  take_step(moves, 3, 0.1);
+  take_step(moves, 2, 0.2);
+  Vector x = iterate(1, 0.3);
+  moves.predict(2, x);
+  x -= iterate(1, 0.3);
+  EXPECT_EQ(x.linfty_norm(), 0);
+}
+
+TEST(IterateMoves, OneIterateAStepAndForgettingLeaveNothing) {
+  fem::IterateMoves<Vector> moves;
+  const double unknown = largest_miss(moves, 2, 0.3);
+  take_step(moves, 2, 0.1);
+  EXPECT_LT(largest_miss(moves, 2, 0.3), unknown);
+  moves.forget();
+  EXPECT_EQ(largest_miss(moves, 2, 0.3), unknown);
+  take_step(moves, 2, 0.1);
+  take_step(moves, 1, 0.2);
+  EXPECT_EQ(largest_miss(moves, 2, 0.3), unknown);
 }
 
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }

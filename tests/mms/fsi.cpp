@@ -233,8 +233,8 @@ TEST(MonolithicStep, ConservesTheVolumeOfAClosedCavity) {
 
 TEST(MonolithicStep, BalancesTheForcesOfBloodAndWall) {
   Monolithic run(ventricle(Valve::aortic, 1e3, 2e6));
-  run.advance(1);
-  run.set_tension(2 * dt);
+  run.advance(4); // the matrix, in single precision, is as exact as the start is near
+  run.set_tension(5 * dt);
   run.fluid.prepare(run.lifted());
   run.solve();
   Vector on_blood = run.fluid.reaction(), on_wall = run.wall.make_vector(3); // -a_f, evaluated afresh, and R_s

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <vector>
+
+namespace heartbus::fem {
+
+class NodalMatrix;
+class RoundedMatrix;
+
+/// What an incomplete factorisation without fill knows of a matrix before it sees values. The rows are those of all local nodes:
+/// of the owned ones and, from their owners, of the ghosts, of which those blocks count whose column is here, too.
+class FactorPattern {
+ public:
+  /// Collective.
+  explicit FactorPattern(const NodalMatrix &matrix);
+
+  int n_rows() const { return int(begin.size()) - 1; }
+  /// The blocks of the ghosts' rows, in the order of their sources, and one number more. Collective.
+  std::vector<float> ghost_blocks(const RoundedMatrix &matrix) const;
+
+  int n_owned_rows;
+  std::vector<int> begin{0}, columns; ///< of each row: local nodes, sorted
+  std::vector<int> sources;           ///< of each block: its place in the matrix or, in rows of ghosts, in `ghost_blocks`
+  std::vector<int> end, factor_columns; ///< of the factors, see BlockFactors
+
+ private:
+  void add_owned_rows(const NodalMatrix &matrix);
+  void add_ghost_rows(const NodalMatrix &matrix);
+  void finish_row(std::vector<std::pair<int, int>> &row);
+  void order_factors();
+
+  std::map<unsigned, std::vector<int>> sent_;          ///< by rank: blocks of owned rows
+  std::map<unsigned, std::size_t> received_;           ///< by rank, in their order: how many blocks
+};
+
+} // namespace heartbus::fem
