@@ -38,8 +38,22 @@ def has_mark(environ, mark):
         return False
 
 
-def run_scene(scene, folder, *coupler_arguments, during=None):
-    """Starts a scene with mpirun, as ./run does."""
+def launch_words(scene, folder, *coupler_arguments):
     line = subprocess.run([BIN / "coupler", scene, "--launch-line", *coupler_arguments], cwd=folder, check=True,
                           stdout=subprocess.PIPE, text=True).stdout
-    return Launch(["mpirun", "--oversubscribe", *shlex.split(line)], folder, during)
+    return ["mpirun", "--oversubscribe", *shlex.split(line)]
+
+
+def run_scene(scene, folder, *coupler_arguments, during=None):
+    """Starts a scene with mpirun, as ./run does."""
+    return Launch(launch_words(scene, folder, *coupler_arguments), folder, during)
+
+
+def run_crowded(scene, folder, ranks, *coupler_arguments):
+    """The same with more ranks a participant than this machine may have cores, which ./run refuses."""
+    words = launch_words(scene, folder, *coupler_arguments, "--ranks", "1")
+    for k in range(words.index(":"), len(words)):
+        if words[k - 1] == "-n":
+            words[k] = str(ranks)
+    words[words.index("--ranks") + 1] = str(ranks)
+    return Launch(words, folder)

@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from launch import BIN, SOURCE, Launch, run_scene
+from launch import BIN, SOURCE, Launch, run_crowded, run_scene
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 VENTRICLE = SOURCE / "configs/ideal_lv/efs1.yaml"
@@ -108,6 +108,10 @@ class Restart(unittest.TestCase):
         self.run_well(VENTRICLE, "one", settings, "--ranks", "1")
         self.run_well(VENTRICLE, "two", settings, "--ranks", "2", "--restart", "one/checkpoints/000020")
         self.assert_close("two", "one", 1e-8)
+        words = [word for setting in settings for word in ("--set", setting)]
+        three = run_crowded(VENTRICLE, self.folder, 3, "--out", "three", *words, "--restart", "one/checkpoints/000020")
+        self.assertEqual(three.code, 0, three.output)
+        self.assert_close("three", "one", 1e-8)
 
     def test_a_step_of_another_size_keeps_the_velocity(self):
         self.run_well(PISTON, "coarse", PISTON_SETTINGS)
