@@ -30,13 +30,12 @@ std::vector<double> MovedSurface::areas() const {
   return areas;
 }
 
-double MovedSurface::area() const {
-  const std::vector<double> areas = this->areas();
+double MovedSurface::owned_sum(const std::vector<double> &weights) const {
   double sum = 0;
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned q = 0; q < faces_.n_q; ++q)
-      sum += faces_.owned[f] ? areas[f * faces_.n_q + q] : 0;
-  return dealii::Utilities::MPI::sum(sum, space_.communicator());
+      sum += faces_.owned[f] ? weights[f * faces_.n_q + q] : 0;
+  return sum;
 }
 
 std::vector<double> MovedSurface::fluxes(const fem::Vector &u) const {
@@ -61,38 +60,34 @@ fem::Vector MovedSurface::flux_functional() const {
   return c;
 }
 
-std::vector<double> MovedSurface::face_mass(const std::vector<double> &weights, unsigned f) const {
+std::vector<double> MovedSurface::masses(const std::vector<double> &weights) const {
   const unsigned n = faces_.nodes_per_face;
-  std::vector<double> mass(n * n);
-  for (unsigned q = 0; q < faces_.n_q; ++q)
+  std::vector<double> masses(faces_.n_faces * n * n);
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned q = 0; q < faces_.n_q; ++q)
+      for (unsigned k = 0; k < n; ++k)
+        for (unsigned l = 0; l < n; ++l)
+          masses[(f * n + k) * n + l] += weights[f * faces_.n_q + q] * shape(f, q, k) * shape(f, q, l);
+  return masses;
+}
+
+void MovedSurface::add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const {
+  const unsigned n = faces_.nodes_per_face;
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned k = 0; k < n; ++k)
       for (unsigned l = 0; l < n; ++l)
-        mass[k * n + l] += weights[f * faces_.n_q + q] * shape(f, q, k) * shape(f, q, l);
-  return mass;
+        A.add_to_diagonals(faces_.slots[f], cell_node(f, k), cell_node(f, l), 3, masses[(f * n + k) * n + l]);
 }
 
-void MovedSurface::add_mass(const std::vector<double> &weights, fem::RoundedMatrix &A) const {
+void MovedSurface::apply_mass(const std::vector<double> &masses, const fem::Vector &x, fem::Vector &y) const {
   const unsigned n = faces_.nodes_per_face;
-  for (unsigned f = 0; f < faces_.n_faces; ++f) {
-    const std::vector<double> mass = face_mass(weights, f);
+  const double *values = x.begin();
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned k = 0; k < n; ++k)
-      for (unsigned l = 0; l < n; ++l) {
-        double block[16] = {};
-        block[0] = block[5] = block[10] = mass[k * n + l];
-        A.add_block(faces_.slots[f], cell_node(f, k), cell_node(f, l), block);
-      }
-  }
-}
-
-void MovedSurface::apply_mass(const std::vector<double> &weights, const fem::Vector &x, fem::Vector &y) const {
-  const unsigned n = faces_.nodes_per_face;
-  for (unsigned f = 0; f < faces_.n_faces; ++f) {
-    const std::vector<double> mass = face_mass(weights, f);
-    for (unsigned k = 0; k < n; ++k)
-      for (unsigned l = 0; l < n && node(f, k) < space_.n_owned_nodes(); ++l)
-        for (unsigned i = 0; i < 3; ++i)
-          y.local_element(4 * node(f, k) + i) += mass[k * n + l] * x.begin()[4 * node(f, l) + i];
-  }
+      if (const unsigned row = node(f, k); row < space_.n_owned_nodes())
+        for (unsigned l = 0; l < n; ++l)
+          for (unsigned i = 0; i < 3; ++i)
+            y.begin()[4 * row + i] += masses[(f * n + k) * n + l] * values[4 * node(f, l) + i];
 }
 
 } // namespace heartbus::fluid

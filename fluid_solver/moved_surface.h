@@ -18,21 +18,23 @@ class MovedSurface {
   /// Takes the motion d (three components a node, ghosts valid). Call before anything below.
   void move(const fem::Vector &motion);
 
-  double area() const;
   /// |n da| at each quadrature point, and u.n da; both [f][q] with the quadrature weight.
   std::vector<double> areas() const;
   std::vector<double> fluxes(const fem::Vector &u) const;
 
   /// c.u = int u.n for every u: the entries of this rank's nodes.
   fem::Vector flux_functional() const;
-  /// A += int w u.v, with the weights w [f][q] including the area, as `areas` and `fluxes` return it.
-  void add_mass(const std::vector<double> &weights, fem::RoundedMatrix &A) const;
+  /// The sum of weights [f][q] over the cells of this rank.
+  double owned_sum(const std::vector<double> &weights) const;
+  /// int w N_k N_l between the nodes of each face, [f][k][l], with the weights w [f][q] including the area, as `areas` and
+  /// `fluxes` return it.
+  std::vector<double> masses(const std::vector<double> &weights) const;
+  /// A += int w u.v
+  void add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const;
   /// y += the same form times x (ghosts of x valid), on this rank's nodes.
-  void apply_mass(const std::vector<double> &weights, const fem::Vector &x, fem::Vector &y) const;
+  void apply_mass(const std::vector<double> &masses, const fem::Vector &x, fem::Vector &y) const;
 
  private:
-  /// [k][l] between the nodes of a face.
-  std::vector<double> face_mass(const std::vector<double> &weights, unsigned f) const;
   unsigned cell_node(unsigned f, unsigned k) const { return faces_.face_nodes[f * faces_.nodes_per_face + k]; }
   unsigned node(unsigned f, unsigned k) const { return space_.cell_nodes(faces_.slots[f])[cell_node(f, k)]; }
   double shape(unsigned f, unsigned q, unsigned k) const {

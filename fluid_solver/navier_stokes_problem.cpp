@@ -4,6 +4,8 @@
 #include "common/fem/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
+#include <numeric>
+
 namespace heartbus::fluid {
 
 using fem::Lanes;
@@ -44,6 +46,11 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
       for (unsigned i = 0; i < 4 && nodes[a] < space.n_owned_nodes(); ++i)
         field.local_element(4 * nodes[a] + i) += values[4 * a + i][lane];
   }
+}
+
+/// Of the values that this rank owns.
+double owned_dot(const Vector &x, const Vector &y) {
+  return std::inner_product(x.begin(), x.begin() + x.locally_owned_size(), y.begin(), 0.);
 }
 
 } // namespace
@@ -233,11 +240,14 @@ void NavierStokesProblem::assemble() {
 
 void NavierStokesProblem::add_surface_terms() {
   if (interface_) {
-    interface_weights_ = interface_->areas();
-    for (double &weight : interface_weights_)
+    std::vector<double> weights = interface_->areas();
+    interface_area_ = interface_->owned_sum(weights);
+    for (double &weight : weights)
       weight *= alpha_;
-    interface_->add_mass(interface_weights_, A_);
-    interface_->apply_mass(interface_weights_, guess_, residual_);
+    interface_masses_ = interface_->masses(weights);
+    interface_->add_mass(interface_masses_, A_);
+    interface_->apply_mass(interface_masses_, guess_, residual_);
+    interface_flux_ = interface_->flux_functional();
   }
   for (const auto &orifice : orifices_) {
     orifice->surface.move(d_np1_);
@@ -248,8 +258,9 @@ void NavierStokesProblem::add_surface_terms() {
     std::vector<double> backflow = orifice->surface.fluxes(x_n_);
     for (double &flux : backflow)
       flux *= flux < 0 ? -parameters_.backflow * parameters_.density / 2 : 0;
-    orifice->surface.add_mass(backflow, A_);
-    orifice->surface.apply_mass(backflow, guess_, residual_);
+    const std::vector<double> masses = orifice->surface.masses(backflow);
+    orifice->surface.add_mass(masses, A_);
+    orifice->surface.apply_mass(masses, guess_, residual_);
     fem::zero_constrained(orifice->flux, constrained_);
     residual_.add(orifice->pressure + orifice->resistance * (orifice->flux * guess_), orifice->flux);
   }
@@ -320,7 +331,7 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   x_.update_ghost_values();
   force_ = 0;
   if (interface_) {
-    interface_->apply_mass(interface_weights_, x_, force_);
+    interface_->apply_mass(interface_masses_, x_, force_);
     fem::zero_constrained(force_, constrained_);
     force_ -= datum_;
   }
@@ -332,7 +343,7 @@ void NavierStokesProblem::update_datum(const Vector &wall_velocity, const Vector
     return;
   Vector next = space_.make_vector(4), v = wall_velocity;
   v.update_ghost_values();
-  interface_->apply_mass(interface_weights_, v, next);
+  interface_->apply_mass(interface_masses_, v, next);
   next -= wall_force;
   fem::zero_constrained(next, constrained_);
   if (iteration == 0)
@@ -378,16 +389,9 @@ void NavierStokesProblem::add_pressure(double pressure) {
 }
 
 Vector NavierStokesProblem::unit_pressure_force() const {
-  Vector b = interface_->flux_functional();
+  Vector b = interface_flux_;
   fem::zero_constrained(b, constrained_);
   return b;
-}
-
-double NavierStokesProblem::volume_defect(const Vector &wall_velocity) const {
-  if (!interface_)
-    return 0;
-  const Vector c = interface_->flux_functional();
-  return c * x_ - c * wall_velocity;
 }
 
 NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_velocity) const {
@@ -398,13 +402,18 @@ NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_veloc
   fem::copy_owned(x_, jump);
   jump -= wall_velocity;
   jump.update_ghost_values();
-  budget.volume_defect = volume_defect(wall_velocity);
-  budget.power = force_ * jump;
-  interface_->apply_mass(interface_weights_, jump, datum_change);
+  interface_->apply_mass(interface_masses_, jump, datum_change);
   fem::zero_constrained(datum_change, constrained_);
-  budget.disagreement = std::sqrt(alpha_ * std::abs(datum_change * jump) / interface_->area());
-  if (const double norm = datum_.l2_norm(); norm > 0)
-    budget.datum_residual = datum_change.l2_norm() / norm;
+  const double terms[] = {owned_dot(interface_flux_, jump), owned_dot(force_, jump), owned_dot(datum_change, jump),
+                          owned_dot(datum_change, datum_change), owned_dot(datum_, datum_), interface_area_};
+  double sums[6];
+  dealii::Utilities::MPI::sum(terms, space_.communicator(), sums);
+  const auto [defect, power, work, change, datum, area] = sums;
+  budget.volume_defect = defect;
+  budget.power = power;
+  budget.disagreement = std::sqrt(alpha_ * std::abs(work) / area);
+  if (datum > 0)
+    budget.datum_residual = std::sqrt(change / datum);
   return budget;
 }
 

@@ -97,8 +97,6 @@ class NavierStokesProblem {
   /// Takes a state that somebody else has found, with the force on the wall.
   void accept(const fem::Vector &x, const fem::Vector &blood_force);
 
-  /// int_S (u - v).n of the new state, with v the wall's velocity (ghosts not needed).
-  double volume_defect(const fem::Vector &wall_velocity) const;
   /// b.u = int_S u.n over the interface: the nodal forces of a unit pressure.
   fem::Vector unit_pressure_force() const;
   /// What the new state leaves of the interface's conditions, with v the wall's new velocity (ghosts not needed).
@@ -137,7 +135,9 @@ class NavierStokesProblem {
   double alpha_, dt_, pressure_scale_, inertia_ = 1;
   std::vector<double> unit_nodes_;
   std::optional<MovedSurface> interface_;
-  std::vector<double> interface_weights_; // alpha |n da|
+  std::vector<double> interface_masses_;  // of alpha |n da|
+  double interface_area_ = 0;             // of this rank's cells
+  fem::Vector interface_flux_;            // interface_flux_ * u = int u.n
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
   fem::Constraints constrained_, constrained_by_others_;

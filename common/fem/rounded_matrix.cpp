@@ -60,6 +60,14 @@ void RoundedMatrix::add_block(unsigned slot, unsigned a, unsigned b, const doubl
         values[j * c + i] += float(block[i * c + j]);
 }
 
+void RoundedMatrix::add_to_diagonals(unsigned slot, unsigned a, unsigned b, unsigned n, double value) {
+  const unsigned c = components_, *nodes = pattern_.space().cell_nodes(slot);
+  const int first = pattern_.position(slot, a, b);
+  for (unsigned i = 0; i < n && first >= 0; ++i)
+    if (pattern_.couples(nodes[a] * c + i, nodes[b] * c + i))
+      values_[(std::size_t(begin_[nodes[a]]) * c + first) * c + i * c + i] += float(value);
+}
+
 void RoundedMatrix::copy_to(NodalMatrix &matrix) const {
   const int c = int(components_), *row_begin = matrix.row_begin();
   const float *values = values_.data();
