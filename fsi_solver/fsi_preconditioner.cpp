@@ -68,8 +68,7 @@ void InterfaceBlocks::add(double factor, const fem::NodalMatrix &solid, fem::Nod
 FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface,
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
-    : space_(space), interface_(interface), blood_problem_(fluid), tangent_(solid.tangent()),
-      held_(solid.constrained()), dt_(dt), on_interface_(3 * space.solid().n_local_nodes()), blood_(space.fluid(), 4),
+    : space_(space), interface_(interface), blood_problem_(fluid), wall_problem_(solid), dt_(dt), on_interface_(3 * space.solid().n_local_nodes()), blood_(space.fluid(), 4),
       wall_(space.solid(), 3), r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)),
       z_s_(r_s_), coupling_(r_s_) {
   fem::fix_vector(space.solid(), 3, "interface", on_interface_);
@@ -78,9 +77,9 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
 void FsiPreconditioner::make() {
   blood_.set_constraints(blood_problem_.constraints());
   blood_problem_.copy_matrix(blood_);
-  interface_.add(dt_, tangent_, blood_);
+  interface_.add(dt_, wall_problem_.tangent(), blood_);
   fluid_ = blood_problem_.make_preconditioner(blood_);
-  wall_.copy_scaled(1, tangent_);
+  wall_.copy_scaled(1, wall_problem_.tangent());
   wall_.decouple(on_interface_);
   solid_ = fem::make_preconditioner("ilu", wall_);
 }
@@ -90,8 +89,8 @@ void FsiPreconditioner::vmult(fem::Vector &y, const fem::Vector &x) const {
   fluid_->vmult(z_f_, r_f_);
   z_s_ = 0;
   space_.move_wall(z_f_, dt_, z_s_);
-  tangent_.vmult(coupling_, z_s_);
-  fem::zero_constrained(coupling_, held_);
+  wall_problem_.apply_tangent(coupling_, z_s_);
+  fem::zero_constrained(coupling_, wall_problem_.constrained());
   space_.clear_wall(coupling_);
   r_s_ -= coupling_;
   solid_->vmult(z_s_, r_s_);

@@ -40,8 +40,7 @@ class FsiPreconditioner : public fem::Preconditioner {
   const MergedSpace &space_;
   const InterfaceBlocks &interface_;
   const fluid::NavierStokesProblem &blood_problem_;
-  const fem::NodalMatrix &tangent_;
-  const fem::Constraints &held_;
+  const mech::ElasticityProblem &wall_problem_;
   double dt_;
   fem::Constraints on_interface_; ///< of the solid
   fem::NodalMatrix blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
