@@ -26,8 +26,8 @@ class MovedSurface {
   fem::Vector flux_functional() const;
   /// The sum of weights [f][q] over the cells of this rank.
   double owned_sum(const std::vector<double> &weights) const;
-  /// int w N_k N_l between the nodes of each face, [f][k][l], with the weights w [f][q] including the area, as `areas` and
-  /// `fluxes` return it.
+  /// int w N_k N_l between the nodes of each face, [f][k][l], with the weights w [f][q] including the area, as `areas`
+  /// and `fluxes` return it.
   std::vector<double> masses(const std::vector<double> &weights) const;
   /// A += int w u.v
   void add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const;

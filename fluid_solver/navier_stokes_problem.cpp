@@ -404,8 +404,9 @@ NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_veloc
   jump.update_ghost_values();
   interface_->apply_mass(interface_masses_, jump, datum_change);
   fem::zero_constrained(datum_change, constrained_);
-  const double terms[] = {owned_dot(interface_flux_, jump), owned_dot(force_, jump), owned_dot(datum_change, jump),
-                          owned_dot(datum_change, datum_change), owned_dot(datum_, datum_), interface_area_};
+  const double terms[] = {owned_dot(interface_flux_, jump), owned_dot(force_, jump),
+                          owned_dot(datum_change, jump),    owned_dot(datum_change, datum_change),
+                          owned_dot(datum_, datum_),        interface_area_};
   double sums[6];
   dealii::Utilities::MPI::sum(terms, space_.communicator(), sums);
   const auto [defect, power, work, change, datum, area] = sums;

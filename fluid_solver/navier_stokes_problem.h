@@ -67,7 +67,8 @@ class NavierStokesProblem {
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
   void prepare(const fem::Vector &motion);
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
-  /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the step before.
+  /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the step
+  /// before.
   fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
   /// Raises the pressure everywhere, and the force on the wall with it.
   void add_pressure(double pressure);
@@ -135,9 +136,9 @@ class NavierStokesProblem {
   double alpha_, dt_, pressure_scale_, inertia_ = 1;
   std::vector<double> unit_nodes_;
   std::optional<MovedSurface> interface_;
-  std::vector<double> interface_masses_;  // of alpha |n da|
-  double interface_area_ = 0;             // of this rank's cells
-  fem::Vector interface_flux_;            // interface_flux_ * u = int u.n
+  std::vector<double> interface_masses_; // of alpha |n da|
+  double interface_area_ = 0;            // of this rank's cells
+  fem::Vector interface_flux_;           // interface_flux_ * u = int u.n
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
   fem::Constraints constrained_, constrained_by_others_;

@@ -208,8 +208,8 @@ void MechSolver::refresh() {
   correction_ = 0;
 }
 
-/// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates moved in
-/// the step before; it goes back to d^n when that would invert a cell.
+/// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates
+/// moved in the step before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
   if (step.iteration == 0) {
     fem::copy_owned(problem_.d_n, d_);

@@ -9,14 +9,14 @@
 
 namespace heartbus::fem {
 
-/// Incomplete LU factorisation without fill of the dense blocks between nodes, of 1, 3 or 4 components. Each rank factorises
-/// the rows of its own nodes and of its ghosts, and keeps of the solution what belongs to its own nodes: restricted additive
-/// Schwarz with an overlap of one layer (X.-C. Cai, M. Sarkis, doi:10.1137/S106482759732678X). The blocks of a node are
-/// inverted exactly, which takes care of the coupling of its components; at the time steps of a heartbeat, where mass
-/// dominates, that is nearly all there is. Factors are held in single precision: they are an approximation anyway, and the
-/// solver is bound by memory traffic. They are made and applied in double precision, the latter because Krylov methods converge
-/// only as far as their preconditioner is linear. On several ranks the approximate inverse of a symmetric matrix is not quite
-/// symmetric: conjugate gradients must be flexible.
+/// Incomplete LU factorisation without fill of the dense blocks between nodes, of 1, 3 or 4 components. Each rank
+/// factorises the rows of its own nodes and of its ghosts, and keeps of the solution what belongs to its own nodes:
+/// restricted additive Schwarz with an overlap of one layer (X.-C. Cai, M. Sarkis, doi:10.1137/S106482759732678X). The
+/// blocks of a node are inverted exactly, which takes care of the coupling of its components; at the time steps of a
+/// heartbeat, where mass dominates, that is nearly all there is. Factors are held in single precision: they are an
+/// approximation anyway, and the solver is bound by memory traffic. They are made and applied in double precision, the
+/// latter because Krylov methods converge only as far as their preconditioner is linear. On several ranks the
+/// approximate inverse of a symmetric matrix is not quite symmetric: conjugate gradients must be flexible.
 class BlockILU : public Preconditioner {
  public:
   /// Collective. The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.

@@ -127,7 +127,7 @@ HEARTBUS_INLINE bool factorise(const BlockRows &rows, const BlockFactors &ilu, f
   constexpr long size = b * b;
   const int n = ilu.n_rows;
   const auto upper = [&](int i) { return ilu.end[2 * n - 2 - i]; }; // where row i of U starts
-  std::vector<int> place(n, -1);                                     // of the blocks of the row in hand, by column
+  std::vector<int> place(n, -1);                                    // of the blocks of the row in hand, by column
   std::vector<Column<b>> row;
   bool finite = true;
   for (int i = 0; i < n; ++i) {

@@ -15,10 +15,10 @@ struct BlockFactors {
 
 /// The rows of a matrix of b x b blocks that are to be factorised, each block column by column.
 struct BlockRows {
-  int n_owned;                  ///< the first rows, whose blocks are in `owned`; those of the others are in `ghosts`
-  const int *begin, *columns;   ///< [n_rows + 1]; sorted within a row, with the diagonal
-  const int *sources;           ///< of each block: its number in its array
-  const float *owned, *ghosts;  ///< and one number more, which is loaded but not used
+  int n_owned;                 ///< the first rows, whose blocks are in `owned`; those of the others are in `ghosts`
+  const int *begin, *columns;  ///< [n_rows + 1]; sorted within a row, with the diagonal
+  const int *sources;          ///< of each block: its number in its array
+  const float *owned, *ghosts; ///< and one number more, which is loaded but not used
 };
 
 /// Fills `values`, the factors of `factors`, without fill: only blocks that the rows have are kept. Returns whether all

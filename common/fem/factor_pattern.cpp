@@ -56,7 +56,8 @@ void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
     Numbers &here = blocks[owner];
     for (std::size_t k = 0; k < numbers.size(); k += 2 + numbers[k + 1]) {
       for (std::size_t j = 0; j < numbers[k + 1]; ++j)
-        if (const auto global = numbers[k + 2 + j]; partitioner->in_local_range(global) || partitioner->is_ghost_entry(global)) {
+        if (const auto global = numbers[k + 2 + j];
+            partitioner->in_local_range(global) || partitioner->is_ghost_entry(global)) {
           row.emplace_back(int(partitioner->global_to_local(global)), n_received++);
           here.push_back(numbers[k] + j);
         }

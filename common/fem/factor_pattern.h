@@ -9,8 +9,9 @@ namespace heartbus::fem {
 class NodalMatrix;
 class RoundedMatrix;
 
-/// What an incomplete factorisation without fill knows of a matrix before it sees values. The rows are those of all local nodes:
-/// of the owned ones and, from their owners, of the ghosts, of which those blocks count whose column is here, too.
+/// What an incomplete factorisation without fill knows of a matrix before it sees values. The rows are those of all
+/// local nodes: of the owned ones and, from their owners, of the ghosts, of which those blocks count whose column is
+/// here, too.
 class FactorPattern {
  public:
   /// Collective.
@@ -22,7 +23,7 @@ class FactorPattern {
 
   int n_owned_rows;
   std::vector<int> begin{0}, columns; ///< of each row: local nodes, sorted
-  std::vector<int> sources;           ///< of each block: its place in the matrix or, in rows of ghosts, in `ghost_blocks`
+  std::vector<int> sources; ///< of each block: its place in the matrix or, in rows of ghosts, in `ghost_blocks`
   std::vector<int> end, factor_columns; ///< of the factors, see BlockFactors
 
  private:
@@ -31,8 +32,8 @@ class FactorPattern {
   void finish_row(std::vector<std::pair<int, int>> &row);
   void order_factors();
 
-  std::map<unsigned, std::vector<int>> sent_;          ///< by rank: blocks of owned rows
-  std::map<unsigned, std::size_t> received_;           ///< by rank, in their order: how many blocks
+  std::map<unsigned, std::vector<int>> sent_; ///< by rank: blocks of owned rows
+  std::map<unsigned, std::size_t> received_;  ///< by rank, in their order: how many blocks
 };
 
 } // namespace heartbus::fem

@@ -9,9 +9,9 @@
 
 namespace heartbus::fem {
 
-/// First guesses for a solver that is called several times in a time step, with data that settle from call to call: what
-/// iterate k moves from iterate k - 1, and the first one from the extrapolated states, which are last iterates, is extrapolated
-/// from the steps before by the parabola through the last three, or what there is of it.
+/// First guesses for a solver that is called several times in a time step, with data that settle from call to call:
+/// what iterate k moves from iterate k - 1, and the first one from the extrapolated states, which are last iterates, is
+/// extrapolated from the steps before by the parabola through the last three, or what there is of it.
 template <class Vector>
 class IterateMoves {
  public:
