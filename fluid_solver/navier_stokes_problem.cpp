@@ -109,7 +109,6 @@ void NavierStokesProblem::visit(io::State &state) {
 void NavierStokesProblem::forget_preconditioner() {
   preconditioner_.reset();
   iterate_moves_.forget();
-  added_pressure_ = 0;
 }
 
 void NavierStokesProblem::prepare(const Vector &motion) {
@@ -159,8 +158,6 @@ void NavierStokesProblem::set_guess() {
   fem::copy_owned(x_n_, guess_);
   guess_.sadd(3., -3., x_nm1_);
   guess_ += x_nm2_;
-  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) // to be added anew, about as much
-    guess_.local_element(4 * node + 3) -= added_pressure_ / pressure_scale_;
   for (unsigned k = 0; k < guess_.locally_owned_size(); ++k)
     if (constrained_[k])
       guess_.local_element(k) = boundary_values.local_element(k);
@@ -381,9 +378,11 @@ Vector NavierStokesProblem::reaction() const {
 }
 
 void NavierStokesProblem::add_pressure(double pressure) {
-  added_pressure_ = pressure;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    x_.local_element(4 * node + 3) += pressure / pressure_scale_;
+    increment_.local_element(4 * node + 3) += pressure / pressure_scale_;
+  iterate_moves_.record(1, increment_); // the next step starts from what will be before this
+  fem::copy_owned(guess_, x_);
+  x_ += increment_;
   x_.update_ghost_values();
   force_.add(pressure, unit_pressure_force());
 }

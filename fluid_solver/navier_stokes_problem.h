@@ -62,7 +62,7 @@ class NavierStokesProblem {
   void visit(io::State &state);
   /// After loading: as if the old state had just been committed.
   void resume();
-  /// The next solve makes it anew, and guesses without what was added to the pressure.
+  /// The next solve makes it anew, and guesses without what iterates have moved.
   void forget_preconditioner();
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
   void prepare(const fem::Vector &motion);
@@ -157,7 +157,6 @@ class NavierStokesProblem {
   fem::Vector datum_, force_;     // of the Robin condition: alpha M v* - W*, but for acceleration; L
   fem::Anderson<fem::Vector> anderson_{0};
   double volume_ = 0, mean_pressure_ = 0;
-  double added_pressure_ = 0; ///< to the last solution [Pa]
 };
 
 } // namespace heartbus::fluid

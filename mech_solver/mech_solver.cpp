@@ -194,18 +194,18 @@ void MechSolver::correct(const bus::Step &step) {
     problem_.respond(response_, b);
     response_tangent_ = problem_.n_tangents();
   }
-  correction_ = step.size * (b * velocity_jump) / (b * response_);
-  d_.add(correction_, response_);
+  const double correction = step.size * (b * velocity_jump) / (b * response_);
+  d_.add(correction, response_);
+  iterate_moves_.record(1, d_); // the next step starts from what will be before this
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
-    blood_force_[k] += correction_ * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
-  pressure_correction_.assign(pressure_correction_.size(), correction_);
+    blood_force_[k] += correction * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
+  pressure_correction_.assign(pressure_correction_.size(), correction);
   show_motion(step.size);
 }
 
 void MechSolver::refresh() {
   problem_.forget_tangent();
   iterate_moves_.forget();
-  correction_ = 0;
 }
 
 /// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates
@@ -215,8 +215,6 @@ void MechSolver::choose_start(const bus::Step &step) {
     fem::copy_owned(problem_.d_n, d_);
     d_.sadd(3.0, -3.0, problem_.d_nm1);
     d_ += d_nm2_;
-    if (correction_ != 0) // to be added anew, about as much
-      d_.add(-correction_, response_);
   }
   iterate_moves_.predict(step.iteration, d_);
 }

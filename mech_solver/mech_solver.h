@@ -94,7 +94,6 @@ class MechSolver : public bus::Solver {
   double limit_ = 0;                            ///< of alpha, the last estimate; 0: none yet
   std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
   std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
-  double correction_ = 0;         ///< pi of the last step, unless forgotten
   fem::Vector response_;          ///< w
   unsigned response_tangent_ = 0; ///< number of the tangent of w
 

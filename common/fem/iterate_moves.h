@@ -24,7 +24,7 @@ class IterateMoves {
     for (std::size_t age = 0; age < known; ++age)
       x.add(weights[known - 1][age], history_[age][iteration]);
   }
-  /// The iterate that was found.
+  /// The iterate that was found; a correction of it counts as the next one.
   void record(int iteration, const Vector &x) {
     if (iteration == 0) {
       current_.assign(1, x);
