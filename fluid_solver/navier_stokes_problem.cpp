@@ -310,10 +310,12 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
     refresh_preconditioner();
     increment_ = 0;
   }
-  iterate_moves_.predict(iteration, increment_);
   fem::LinearStatistics statistics;
-  if (norm > 0 && tolerance < 1) {
+  if (norm == 0 || tolerance >= 1)
+    increment_ = 0; // the guess is good enough
+  else {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
+    iterate_moves_.predict(iteration, increment_);
     statistics = fem::solve_linear("Navier-Stokes", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); },
                                    increment_, b, *preconditioner_, tolerance);
   }

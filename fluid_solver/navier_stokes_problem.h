@@ -67,7 +67,7 @@ class NavierStokesProblem {
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
   void prepare(const fem::Vector &motion);
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
-  /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the step
+  /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the steps
   /// before.
   fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
   /// Raises the pressure everywhere, and the force on the wall with it.

@@ -209,7 +209,7 @@ void MechSolver::refresh() {
 }
 
 /// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates
-/// moved in the step before; it goes back to d^n when that would invert a cell.
+/// moved in the steps before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
   if (step.iteration == 0) {
     fem::copy_owned(problem_.d_n, d_);

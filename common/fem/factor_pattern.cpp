@@ -5,6 +5,8 @@
 #include <deal.II/base/mpi.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <mpi.h>
 
 namespace heartbus::fem {
 

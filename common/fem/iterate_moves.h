@@ -36,9 +36,9 @@ class IterateMoves {
     }
     last_ = x;
   }
-  /// The step is done. One that has one iterate leaves nothing to expect.
+  /// The step is done. One without a second iterate leaves nothing to expect.
   void commit() {
-    if (current_.size() == 1)
+    if (current_.size() <= 1)
       return forget();
     history_.push_front(std::move(current_));
     if (history_.size() > 3)
