@@ -329,6 +329,8 @@ Report Coordinator::wait_report(const std::string &participant) {
       report = unpack<Report>(std::move(letter->content));
     return letter.has_value();
   };
+  Habit &habit = all.reports[participant];
+  habit.caller = root;
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
   all.waiting.until(
@@ -336,7 +338,7 @@ Report Coordinator::wait_report(const std::string &participant) {
       [&] {
         return Awaited{"the report of " + participant, ""};
       },
-      patience, &all.reports[participant]);
+      patience, &habit);
   auto &expected = all.expected_recordings.at(participant);
   all.waiting.until([&] { return all.have_recorded(expected.front()); },
                     [&] {

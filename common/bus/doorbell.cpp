@@ -12,14 +12,19 @@
 
 namespace heartbus::bus {
 
-Doorbells::Doorbells(MPI_Comm everybody) {
-  int rank, size;
-  MPI_Comm_rank(everybody, &rank);
+namespace {
+constexpr int nobody = -2;
+}
+
+Doorbells::Doorbells(MPI_Comm everybody, const std::vector<int> &first_ranks, int coupler)
+    : first_ranks_(first_ranks), coupler_(coupler) {
+  int size;
+  MPI_Comm_rank(everybody, &rank_);
   MPI_Comm_size(everybody, &size);
-  MPI_Comm_split_type(everybody, MPI_COMM_TYPE_SHARED, rank, MPI_INFO_NULL, &node_);
+  MPI_Comm_split_type(everybody, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &node_);
   void *memory;
   MPI_Win_allocate_shared(sizeof(Bell), 1, MPI_INFO_NULL, node_, &memory, &window_);
-  mine_ = new (memory) Bell{{0}, {0}};
+  mine_ = new (memory) Bell{{0}, {nobody}};
 
   MPI_Group all, near;
   MPI_Comm_group(everybody, &all);
@@ -53,16 +58,17 @@ void Doorbells::ring(int rank) const {
   if (!bell)
     return;
   bell->rings.fetch_add(1);
-  if (bell->sleeping.load())
+  const int awaited = bell->awaited.load();
+  if (awaited == anybody || awaited == first_ranks_[rank_] || (rank_ == coupler_ && awaited != nobody))
     syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
 }
 
-bool Doorbells::sleep(std::uint32_t heard, std::chrono::nanoseconds longest) const {
+bool Doorbells::sleep(std::uint32_t heard, int caller, std::chrono::nanoseconds longest) const {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(longest);
   const timespec patience{time_t(seconds.count()), long((longest - seconds).count())};
-  mine_->sleeping = 1;
+  mine_->awaited = caller == anybody ? anybody : first_ranks_[caller];
   syscall(SYS_futex, &mine_->rings, FUTEX_WAIT, heard, &patience, nullptr, 0); // returns at once if it has rung by now
-  mine_->sleeping = 0;
+  mine_->awaited = nobody;
   return mine_->rings != heard;
 }
 
@@ -72,7 +78,7 @@ bool Doorbells::reach_everybody() const { return false; }
 
 void Doorbells::ring(int) const {}
 
-bool Doorbells::sleep(std::uint32_t, std::chrono::nanoseconds longest) const {
+bool Doorbells::sleep(std::uint32_t, int, std::chrono::nanoseconds longest) const {
   std::this_thread::sleep_for(longest);
   return false;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <sched.h>
 #include <thread>
 
 namespace heartbus::bus {
@@ -18,6 +19,7 @@ Link::Link(World &world)
   MPI_Comm_rank(world.local(), &local_rank_);
   MPI_Comm_size(world.local(), &local_size_);
   own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
+  commands_.caller = is_root() ? world.coupler() : own_ranks_.front();
   MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
 }
 
@@ -69,11 +71,12 @@ void Link::pass_turn(const std::string &to) {
   const auto ranks = world_.ranks_of(to);
   for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
     mail_.send(ranks[r], tag_turn, {});
+  sched_yield(); // to who goes on now, on this core perhaps
 }
 
 void Link::take_turn(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
-  const int rank = ranks.at(local_rank_ % ranks.size());
+  const int rank = turns_.caller = ranks.at(local_rank_ % ranks.size());
   receive_from(rank, tag_turn, {"its turn, which " + from + " passes on", from}, 1, &turns_);
 }
 

@@ -113,7 +113,8 @@ Habit &Incoming::habit(const Step &step) {
   if (step.number != step_)
     n_receipts_ = 0;
   step_ = step.number;
-  habits_.resize(std::max<std::size_t>(habits_.size(), n_receipts_ + 1));
+  if (habits_.size() == n_receipts_)
+    habits_.push_back({channels_.empty() ? Doorbells::anybody : channels_.front().peer.world_rank});
   return habits_[n_receipts_++];
 }
 

@@ -56,7 +56,8 @@ class Incoming {
   unsigned components_;
   std::vector<Channel> channels_;
   std::vector<Habit> habits_; ///< by receipt within a step
-  int step_ = 0, n_receipts_ = 0;
+  int step_ = 0;
+  std::size_t n_receipts_ = 0;
 };
 
 } // namespace heartbus::bus

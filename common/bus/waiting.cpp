@@ -19,6 +19,7 @@ using namespace std::chrono;
 
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
+constexpr int looks_at_a_ring = 4;      ///< each lets in what MPI has by then, which is not always all
 constexpr double long_wait = 2e-3;      ///< [s]
 constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
 
@@ -55,19 +56,21 @@ Waiting::Waiting(std::function<void()> poll, std::function<bool()> is_sending, c
 #endif
 }
 
-bool Waiting::sleep(std::uint32_t heard, nanoseconds longest) const {
+bool Waiting::sleep(std::uint32_t heard, int caller, nanoseconds longest) const {
   if (bells_)
-    return bells_->sleep(heard, longest);
+    return bells_->sleep(heard, caller, longest);
   std::this_thread::sleep_for(longest);
   return false;
 }
 
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  const bool is_short = habit && usual(*habit) < long_wait;
-  const bool until_rung = !is_short && bells_ && bells_->reach_everybody();
+  const bool until_rung = bells_ && bells_->reach_everybody();
+  const bool is_short = !until_rung && habit && usual(*habit) < long_wait;
+  const int caller = habit ? habit->caller : Doorbells::anybody;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
   nanoseconds waited(0);
+  int looks = looks_at_a_ring;
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
@@ -75,15 +78,13 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
     poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if (is_short && waited < spin)
+    if ((is_short && waited < spin) || --looks > 0)
       sched_yield();
-    else if (until_rung && done()) // a probe finds what the one before has let in
-      break;
-    else if (sleep(heard, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
-      naps.woken(waited);
+    else if (sleep(heard, caller, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
+      naps.woken(waited), looks = looks_at_a_ring;
   }
   if (habit)
-    *habit = {duration<double>(waited).count(), habit->last};
+    *habit = {caller, duration<double>(waited).count(), habit->last};
   return true;
 }
 

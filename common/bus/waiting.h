@@ -21,18 +21,20 @@ class Late : public Failure {
   const std::string waits_for;
 };
 
-/// How long a wait that recurs in each step took the last two times [s].
+/// A wait that recurs in each step: a rank of the participant that ends it, and how long it took the last two times
+/// [s].
 struct Habit {
+  int caller = Doorbells::anybody;
   double last = 0, before = 0;
 };
 
-/// Waits asleep until the bell rings, besides which it wakes once in 10 ms: each look costs those who work on its core
-/// 10 to 20 us. It looks more often where that pays or is needed: in waits that usually take less than 2 ms, while
-/// something of its own is under way, and where there are ranks whose bells cannot be reached. Then it spins for 50 us
-/// (most answers come at once), sleeps through half of what a recurring wait took, or three quarters of a long one,
-/// then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most 10 ms). So an
-/// idle rank leaves its core to the working ones and is still awake in time. Every round also calls `poll`, which looks
-/// for an order to leave and throws it.
+/// Waits asleep until its bell is rung by whom it waits for, besides which it wakes once in 10 ms: each look costs
+/// those who work on its core 10 to 20 us. It looks more often while something of its own is under way, for a moment
+/// after a ring, and where there are ranks whose bells cannot be reached. There it spins for 50 us in waits that
+/// usually take less than 2 ms (most answers come at once), sleeps through half of what a recurring wait took, or three
+/// quarters of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since
+/// (at most 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also
+/// calls `poll`, which looks for an order to leave and throws it.
 class Waiting {
  public:
   /// `is_sending`: whether messages of its own are under way, which may need its help and end without a ring.
@@ -48,7 +50,8 @@ class Waiting {
   bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
 
  private:
-  bool sleep(std::uint32_t heard, std::chrono::nanoseconds longest) const; ///< returns whether the bell rang
+  bool sleep(std::uint32_t heard, int caller,
+             std::chrono::nanoseconds longest) const; ///< returns whether the bell rang
 
   std::function<void()> poll_;
   std::function<bool()> is_sending_;
