@@ -114,8 +114,17 @@ Habit &Incoming::habit(const Step &step) {
     n_receipts_ = 0;
   step_ = step.number;
   if (habits_.size() == n_receipts_)
-    habits_.push_back({channels_.empty() ? Doorbells::anybody : channels_.front().peer.world_rank});
+    habits_.push_back(first_habit());
   return habits_[n_receipts_++];
+}
+
+Habit Incoming::first_habit() const {
+  Habit habit;
+  for (const Channel &channel : channels_) {
+    habit.caller = channel.peer.world_rank;
+    habit.comes_in_parts |= channel.buffer.size() * sizeof(double) > World::whole_message;
+  }
+  return habit;
 }
 
 std::string Incoming::missing() const { return incomplete(channels_); }

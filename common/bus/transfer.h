@@ -52,6 +52,8 @@ class Incoming {
   Habit &habit(const Step &step);
 
  private:
+  Habit first_habit() const;
+
   int route_;
   unsigned components_;
   std::vector<Channel> channels_;

@@ -19,7 +19,6 @@ using namespace std::chrono;
 
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
-constexpr int looks_at_a_ring = 4;      ///< each lets in what MPI has by then, which is not always all
 constexpr double long_wait = 2e-3;      ///< [s]
 constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
 
@@ -65,12 +64,12 @@ bool Waiting::sleep(std::uint32_t heard, int caller, nanoseconds longest) const 
 
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
-  const bool until_rung = bells_ && bells_->reach_everybody();
-  const bool is_short = !until_rung && habit && usual(*habit) < long_wait;
+  const bool announced = bells_ && bells_->reach_everybody();
+  const bool is_short = habit && usual(*habit) < long_wait && (habit->comes_in_parts || !announced);
+  const bool until_rung = announced && !is_short;
   const int caller = habit ? habit->caller : Doorbells::anybody;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
   nanoseconds waited(0);
-  int looks = looks_at_a_ring;
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
@@ -78,13 +77,15 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
     poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if ((is_short && waited < spin) || --looks > 0)
+    if (is_short && waited < spin)
       sched_yield();
+    else if (until_rung && done()) // a probe finds what the one before has let in
+      break;
     else if (sleep(heard, caller, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
-      naps.woken(waited), looks = looks_at_a_ring;
+      naps.woken(waited);
   }
   if (habit)
-    *habit = {caller, duration<double>(waited).count(), habit->last};
+    habit->before = std::exchange(habit->last, duration<double>(waited).count());
   return true;
 }
 

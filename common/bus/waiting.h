@@ -25,16 +25,17 @@ class Late : public Failure {
 /// [s].
 struct Habit {
   int caller = Doorbells::anybody;
+  bool comes_in_parts = false; ///< the message is too large for MPI to send it whole
   double last = 0, before = 0;
 };
 
 /// Waits asleep until its bell is rung by whom it waits for, besides which it wakes once in 10 ms: each look costs
-/// those who work on its core 10 to 20 us. It looks more often while something of its own is under way, for a moment
-/// after a ring, and where there are ranks whose bells cannot be reached. There it spins for 50 us in waits that
-/// usually take less than 2 ms (most answers come at once), sleeps through half of what a recurring wait took, or three
-/// quarters of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since
-/// (at most 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also
-/// calls `poll`, which looks for an order to leave and throws it.
+/// those who work on its core 10 to 20 us. It looks more often while something of its own is under way, where there are
+/// ranks whose bells cannot be reached, and in waits of usually less than 2 ms for a message that comes in parts. There
+/// it spins for 50 us (most answers come at once), sleeps through half of what a recurring wait took, or three quarters
+/// of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most
+/// 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also calls
+/// `poll`, which looks for an order to leave and throws it.
 class Waiting {
  public:
   /// `is_sending`: whether messages of its own are under way, which may need its help and end without a ring.

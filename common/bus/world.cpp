@@ -20,8 +20,9 @@ namespace {
 /// other's memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB, a step's fields have up
 /// to 30.
 void keep_messages_whole() {
-  setenv("OMPI_MCA_btl_vader_eager_limit", "65536", 0);
-  setenv("OMPI_MCA_btl_vader_max_send_size", "65536", 0);
+  const std::string size = std::to_string(World::whole_message);
+  setenv("OMPI_MCA_btl_vader_eager_limit", size.c_str(), 0);
+  setenv("OMPI_MCA_btl_vader_max_send_size", size.c_str(), 0);
 }
 
 } // namespace

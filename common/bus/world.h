@@ -24,6 +24,8 @@ struct Member {
 /// claimed by two programs or with different protocols ends here, with one message that lists who came.
 class World {
  public:
+  static constexpr std::size_t whole_message = 1 << 16; ///< [bytes] at most, of what MPI sends in one piece
+
   World(int &argc, char **&argv, const Member &self);
 
   int rank() const { return rank_; }
