@@ -9,7 +9,7 @@ namespace heartbus::mech {
 MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters,
                        std::shared_ptr<spdlog::logger> log)
     : space_(space), fibres_(fibres), parameters_(parameters), log_(log), problem_(space, fibres, parameters),
-      force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)), d_nm2_(d_),
+      force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)), d_nm2_(d_), d_nm3_(d_),
       stretch_(space.make_vector(1)), calcium_(space.n_owned_nodes(), -1.0) {
   if (space.has_label("interface")) {
     const auto on = space.nodes_on("interface");
@@ -89,7 +89,7 @@ void MechSolver::inflate() {
   problem_.interface_pressure = 0; // from now on the blood's force holds it
   problem_.d_n = d_;
   problem_.d_nm1 = d_;
-  d_nm2_ = d_;
+  d_nm2_ = d_nm3_ = d_;
 
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
@@ -208,18 +208,19 @@ void MechSolver::refresh() {
   iterate_moves_.forget();
 }
 
-/// Newton starts from the last iterate, or from the parabola through the last three displacements, and what iterates
-/// moved in the steps before; it goes back to d^n when that would invert a cell.
+/// Newton starts from the last iterate, or from the cubic through the last four displacements, and what iterates moved
+/// in the steps before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
   if (step.iteration == 0) {
     fem::copy_owned(problem_.d_n, d_);
-    d_.sadd(3.0, -3.0, problem_.d_nm1);
-    d_ += d_nm2_;
+    d_.sadd(4.0, -6.0, problem_.d_nm1);
+    d_.add(4.0, d_nm2_, -1.0, d_nm3_);
   }
   iterate_moves_.predict(step.iteration, d_);
 }
 
 void MechSolver::commit_step(const bus::Step &step) {
+  d_nm3_.swap(d_nm2_);
   fem::copy_owned(problem_.d_nm1, d_nm2_);
   problem_.d_nm1.swap(problem_.d_n);
   fem::copy_owned(d_, problem_.d_n);
@@ -235,7 +236,8 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   state.points("tissue", fem::owned_points(space_), spacing);
   state.field("displacement", 3, problem_.d_n.begin());
   state.field("displacement_before", 3, problem_.d_nm1.begin());
-  state.field("displacement_before_that", 3, d_nm2_.begin());
+  state.field("displacement_2_before", 3, d_nm2_.begin());
+  state.field("displacement_3_before", 3, d_nm3_.begin());
   force_generation_.visit(state);
   if (space_.has_label("interface")) {
     state.points("interface", fem::owned_points(space_, interface_nodes_), spacing);
@@ -245,8 +247,10 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   state.number("step_size", step_size);
   if (step_size != step.size) { // the velocity is to stay
     problem_.d_nm1.sadd(step.size / step_size, 1 - step.size / step_size, problem_.d_n);
-    d_nm2_.equ(2., problem_.d_nm1);
-    d_nm2_ -= problem_.d_n;
+    fem::copy_owned(problem_.d_nm1, d_nm2_);
+    d_nm2_.sadd(2., -1., problem_.d_n);
+    fem::copy_owned(d_nm2_, d_nm3_);
+    d_nm3_.sadd(2., -1., problem_.d_nm1);
   }
 
   // The limit of alpha depends on step and scheme.
