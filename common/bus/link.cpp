@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <sched.h>
 #include <thread>
 
 namespace heartbus::bus {
@@ -71,7 +70,6 @@ void Link::pass_turn(const std::string &to) {
   const auto ranks = world_.ranks_of(to);
   for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
     mail_.send(ranks[r], tag_turn, {});
-  sched_yield(); // to who goes on now, on this core perhaps
 }
 
 void Link::take_turn(const std::string &from) {
