@@ -41,6 +41,8 @@ struct Coordinator::Implementation {
 
   void poll();
   void open_letters();
+  void open(Mailbox::Letter letter);
+  void merge(Mailbox::Letter declaration);
   void heed_complaint(Mailbox::Letter letter);
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
@@ -64,7 +66,10 @@ struct Coordinator::Implementation {
   std::vector<RouteName> route_names;
   std::list<Recorder> recorders;
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
-  std::map<std::string, Habit> reports; ///< of waiting for those of each participant
+  std::deque<Mailbox::Letter> complaints;
+  std::set<int> silent; ///< ranks that have not declared anything yet
+  std::map<std::string, std::deque<Report>> reports;
+  std::map<std::string, Habit> habits; ///< of waiting for the reports of each participant
   std::map<std::string, std::vector<Command>> queue;
   std::set<std::string> finished;
   std::size_t n_traced = 0; ///< ranks that will hand over a trace
@@ -84,23 +89,39 @@ std::string Coordinator::Implementation::who(int world_rank) const {
 
 void Coordinator::Implementation::poll() {
   mail.all_sent();
-  if (!mail.is_empty()) // MPI yields the core in each look that finds nothing
-    open_letters();
+  open_letters();
   for (Recorder &recorder : recorders)
     recorder.take_arrived();
   crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
+/// Of all kinds in one go: each look that finds nothing leaves the core to others. Complaints come last, when it is known
+/// who is busy with what.
 void Coordinator::Implementation::open_letters() {
-  while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_progress))
-    crew.executed_one(world.members()[letter->sender].name);
-  if (auto letter = mail.receive(MPI_ANY_SOURCE, tag_complaint))
-    heed_complaint(std::move(*letter));
-  while (mail.receive(MPI_ANY_SOURCE, tag_gone))
+  while (auto letter = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
+    open(std::move(*letter));
+  if (complaints.empty())
+    return;
+  Mailbox::Letter first = std::move(complaints.front());
+  complaints.pop_front();
+  heed_complaint(std::move(first));
+}
+
+void Coordinator::Implementation::open(Mailbox::Letter letter) {
+  const auto [name, rank] = member(letter.sender);
+  switch (letter.tag) {
+  case tag_progress:
+    return crew.executed_one(name);
+  case tag_report:
+    return reports[name].push_back(unpack<Report>(std::move(letter.content)));
+  case tag_declaration:
+    return merge(std::move(letter));
+  case tag_complaint:
+    return complaints.push_back(std::move(letter));
+  case tag_trace:
+    return traces.push_back({name, rank, unpack<Trace>(std::move(letter.content))});
+  case tag_gone:
     ++n_gone;
-  while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_trace)) {
-    const auto [name, rank] = member(letter->sender);
-    traces.push_back({name, rank, unpack<Trace>(std::move(letter->content))});
   }
 }
 
@@ -112,21 +133,20 @@ void Coordinator::Implementation::heed_complaint(Mailbox::Letter letter) {
   throw Culprit{complaint.code, who(letter.sender) + ": " + complaint.message};
 }
 
+void Coordinator::Implementation::merge(Mailbox::Letter declaration) {
+  const auto [name, rank] = member(declaration.sender);
+  for (ParticipantInfo &participant : participants)
+    if (participant.name == name)
+      merge_declaration(participant, rank, unpack<ParticipantInfo>(std::move(declaration.content)));
+  silent.erase(declaration.sender);
+}
+
 void Coordinator::Implementation::collect_declarations() {
-  std::set<int> silent;
   for (int r = 0; r < n_ranks; ++r)
     if (r != world.rank())
       silent.insert(r);
   const auto all_came = [&] {
-    while (auto letter = mail.receive(MPI_ANY_SOURCE, tag_declaration)) {
-      silent.erase(letter->sender);
-      const std::string &name = world.members()[letter->sender].name;
-      const auto ranks = world.ranks_of(name);
-      for (ParticipantInfo &participant : participants)
-        for (std::size_t r = 0; r < ranks.size(); ++r)
-          if (participant.name == name && ranks[r] == letter->sender)
-            merge_declaration(participant, r, unpack<ParticipantInfo>(letter->content));
-    }
+    open_letters();
     return silent.empty();
   };
   waiting.until(all_came, [&] { return Awaited{"the declaration of " + who(*silent.begin()), ""}; });
@@ -321,16 +341,14 @@ void Coordinator::flush() {
 
 Report Coordinator::wait_report(const std::string &participant) {
   Implementation &all = *implementation_;
-  const int root = all.world.ranks_of(participant).front();
-  Report report;
+  std::deque<Report> &reports = all.reports[participant];
   const auto came = [&] {
-    auto letter = all.mail.receive(root, tag_report);
-    if (letter)
-      report = unpack<Report>(std::move(letter->content));
-    return letter.has_value();
+    if (reports.empty())
+      all.open_letters();
+    return !reports.empty();
   };
-  Habit &habit = all.reports[participant];
-  habit.caller = root;
+  Habit &habit = all.habits[participant];
+  habit.callers = Doorbells::only(all.world.ranks_of(participant).front());
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
   all.waiting.until(
@@ -345,6 +363,8 @@ Report Coordinator::wait_report(const std::string &participant) {
                       return Awaited{"what " + participant + " has sent to be recorded", ""};
                     });
   expected.pop_front();
+  Report report = std::move(reports.front());
+  reports.pop_front();
   return report;
 }
 

@@ -1,6 +1,7 @@
 #include "common/bus/doorbell.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <new>
 #include <thread>
 
@@ -13,11 +14,10 @@
 namespace heartbus::bus {
 
 namespace {
-constexpr int nobody = -2;
+constexpr Doorbells::Ranks nobody = Doorbells::Ranks(1) << 63; ///< who never rings
 }
 
-Doorbells::Doorbells(MPI_Comm everybody, const std::vector<int> &first_ranks, int coupler)
-    : first_ranks_(first_ranks), coupler_(coupler) {
+Doorbells::Doorbells(MPI_Comm everybody) {
   int size;
   MPI_Comm_rank(everybody, &rank_);
   MPI_Comm_size(everybody, &size);
@@ -58,18 +58,18 @@ void Doorbells::ring(int rank) const {
   if (!bell)
     return;
   bell->rings.fetch_add(1);
-  const int awaited = bell->awaited.load();
-  if (awaited == anybody || awaited == first_ranks_[rank_] || (rank_ == coupler_ && awaited != nobody))
+  const Ranks others = ~only(rank_);
+  if ((bell->missing.fetch_and(others) & others) == 0)
     syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
 }
 
-bool Doorbells::sleep(std::uint32_t heard, int caller, std::chrono::nanoseconds longest) const {
+bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(longest);
   const timespec patience{time_t(seconds.count()), long((longest - seconds).count())};
-  mine_->awaited = caller == anybody ? anybody : first_ranks_[caller];
-  syscall(SYS_futex, &mine_->rings, FUTEX_WAIT, heard, &patience, nullptr, 0); // returns at once if it has rung by now
-  mine_->awaited = nobody;
-  return mine_->rings != heard;
+  mine_->missing = callers;
+  const bool rung = syscall(SYS_futex, &mine_->rings, FUTEX_WAIT, heard, &patience, nullptr, 0) == 0 || errno == EAGAIN;
+  mine_->missing = nobody;
+  return rung;
 }
 
 #else
@@ -78,7 +78,7 @@ bool Doorbells::reach_everybody() const { return false; }
 
 void Doorbells::ring(int) const {}
 
-bool Doorbells::sleep(std::uint32_t, int, std::chrono::nanoseconds longest) const {
+bool Doorbells::sleep(std::uint32_t, Ranks, std::chrono::nanoseconds longest) const {
   std::this_thread::sleep_for(longest);
   return false;
 }

@@ -11,14 +11,15 @@ namespace heartbus::bus {
 /// One bell for each rank of a node, in memory that they share: who has sent something rings, and a sleeping receiver
 /// wakes within microseconds. MPI itself has no wait that leaves the core to others. Ranks of other nodes cannot be
 /// rung; they look after their messages by themselves (see Waiting), as do all where there are no futexes (Linux has
-/// them). Who sleeps says whom for and is not woken by others, because a look takes the core from who works: the fluid
-/// sleeps for the moved mesh while the wall sends it what it needs later. The coupler is heard by all.
+/// them). Who sleeps says whom for and wakes when all of them have rung, because a look takes the core from who works: the
+/// fluid sleeps for the moved mesh while the wall sends it what it needs later and the coupler what comes next.
 class Doorbells {
  public:
-  static constexpr int anybody = -1;
+  using Ranks = std::uint64_t; ///< a set of ranks of the world; two that differ by a multiple of 63 are taken for one
+  static constexpr Ranks anybody = 0;
+  static constexpr Ranks only(int rank) { return Ranks(1) << rank % 63; }
 
-  /// Collective over `everybody`; `first_ranks`: of the participant of each rank.
-  Doorbells(MPI_Comm everybody, const std::vector<int> &first_ranks, int coupler);
+  explicit Doorbells(MPI_Comm everybody); ///< collective
   Doorbells(const Doorbells &) = delete;
   void free(); ///< collective
 
@@ -26,22 +27,21 @@ class Doorbells {
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
-  /// Sleeps until the participant of rank `caller` (or anybody) rings, at most for `longest`; not at all if the bell
-  /// has rung more than `heard` times. Take `heard` before looking for messages: then none is missed in between.
-  /// Returns whether it has rung.
-  bool sleep(std::uint32_t heard, int caller, std::chrono::nanoseconds longest) const;
+  /// Sleeps until all `callers` (or one of anybody) have rung, at most for `longest`; not at all if the bell has rung more
+  /// than `heard` times. Take `heard` before looking for messages: then none is missed in between. Returns whether it
+  /// has been rung, false after `longest`.
+  bool sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const;
 
  private:
   struct alignas(64) Bell {
     std::atomic<std::uint32_t> rings;
-    std::atomic<int> awaited; ///< while it sleeps: a participant's first rank or anybody; else nobody
+    std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody
   };
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;
   std::vector<Bell *> bells_; ///< by rank of the world; null on other nodes
   Bell *mine_ = nullptr;
-  std::vector<int> first_ranks_;
-  int rank_, coupler_;
+  int rank_;
 };
 
 } // namespace heartbus::bus

@@ -18,7 +18,7 @@ Link::Link(World &world)
   MPI_Comm_rank(world.local(), &local_rank_);
   MPI_Comm_size(world.local(), &local_size_);
   own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
-  commands_.caller = is_root() ? world.coupler() : own_ranks_.front();
+  commands_.callers = Doorbells::only(is_root() ? world.coupler() : own_ranks_.front());
   MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
 }
 
@@ -74,7 +74,8 @@ void Link::pass_turn(const std::string &to) {
 
 void Link::take_turn(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
-  const int rank = turns_.caller = ranks.at(local_rank_ % ranks.size());
+  const int rank = ranks.at(local_rank_ % ranks.size());
+  turns_.callers = Doorbells::only(rank);
   receive_from(rank, tag_turn, {"its turn, which " + from + " passes on", from}, 1, &turns_);
 }
 

@@ -90,12 +90,10 @@ class Mailbox {
   }
 
   struct Letter {
-    int sender = 0;
+    int sender = 0, tag = 0;
     Bytes content;
   };
-  std::optional<Letter> receive(int rank, Tag tag); ///< rank may be MPI_ANY_SOURCE
-
-  bool is_empty() const; ///< nothing has arrived
+  std::optional<Letter> receive(int rank, int tag); ///< rank may be MPI_ANY_SOURCE, tag MPI_ANY_TAG
   bool all_sent(); ///< lets messages progress and frees those that have left
 
  private:

@@ -168,7 +168,13 @@ void Server::receive(int route, const Step &step) {
   };
   {
     const Stopwatch::Section waiting(parts_, "waiting");
-    link_.waiting().until([&] { return ends.arrived(); }, awaited, 1, &ends.habit(step));
+    Habit &habit = ends.habit(step);
+    const auto arrived = [&] {
+      const bool all = ends.arrived();
+      habit.callers = ends.callers();
+      return all;
+    };
+    link_.waiting().until(arrived, awaited, 1, &habit);
   }
   field.target->resize(field.size);
   if (ends.sender().empty())

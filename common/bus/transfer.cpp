@@ -21,27 +21,7 @@ Step read_header(const double *header) {
   return {static_cast<int>(header[1]), static_cast<int>(header[2]), header[3], header[4]};
 }
 
-bool all_complete(std::vector<Channel> &channels) {
-  for (Channel &channel : channels) {
-    int complete = 0;
-    MPI_Test(&channel.request, &complete, MPI_STATUS_IGNORE);
-    if (!complete)
-      return false;
-  }
-  return true;
-}
-
-std::string incomplete(const std::vector<Channel> &channels) {
-  std::string names;
-  for (const Channel &channel : channels) {
-    int complete = 0;
-    MPI_Request_get_status(channel.request, &complete, MPI_STATUS_IGNORE);
-    if (!complete)
-      names +=
-          (names.empty() ? "" : ", ") + channel.peer.participant + " (rank " + std::to_string(channel.peer.rank) + ")";
-  }
-  return names;
-}
+std::string name_of(const Peer &peer) { return peer.participant + " (rank " + std::to_string(peer.rank) + ")"; }
 
 } // namespace
 
@@ -49,52 +29,81 @@ Outgoing::Outgoing(const World &world, int route, unsigned components)
     : world_(world), route_(route), components_(components) {}
 
 void Outgoing::add(const Peer &peer) {
-  Channel channel{peer, std::vector<double>(header_size + components_ * peer.points.size()), MPI_REQUEST_NULL};
-  MPI_Send_init(channel.buffer.data(), channel.buffer.size(), MPI_DOUBLE, peer.world_rank, route_, world_.data(),
-                &channel.request);
-  channels_.push_back(std::move(channel));
+  channels_.push_back({peer, std::vector<double>(header_size + components_ * peer.points.size())});
+  auto &buffer = channels_.back().buffer;
+  MPI_Send_init(buffer.data(), buffer.size(), MPI_DOUBLE, peer.world_rank, route_, world_.data(),
+                &requests_.emplace_back());
 }
 
-bool Outgoing::idle() { return all_complete(channels_); }
+bool Outgoing::idle() {
+  int all = 0;
+  MPI_Testall(requests_.size(), requests_.data(), &all, MPI_STATUSES_IGNORE);
+  return all;
+}
 
 void Outgoing::send(const Step &step, const std::vector<double> &values) {
-  for (Channel &channel : channels_) {
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    Channel &channel = channels_[k];
     write_header(route_, step, channel.buffer.data());
     double *packed = channel.buffer.data() + header_size;
     for (const int point : channel.peer.points)
       packed = std::copy_n(values.data() + std::size_t(point) * components_, components_, packed);
-    MPI_Start(&channel.request);
+    MPI_Start(&requests_[k]);
   }
   for (const Channel &channel : channels_) // who wakes may take this core
     world_.bells().ring(channel.peer.world_rank);
 }
 
-std::string Outgoing::busy_with() const { return incomplete(channels_); }
+std::string Outgoing::busy_with() const {
+  std::string names;
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    int complete = 0;
+    MPI_Request_get_status(requests_[k], &complete, MPI_STATUS_IGNORE);
+    if (!complete)
+      names += (names.empty() ? "" : ", ") + name_of(channels_[k].peer);
+  }
+  return names;
+}
 
 void Outgoing::close() {
-  for (Channel &channel : channels_)
-    MPI_Request_free(&channel.request);
+  for (MPI_Request &request : requests_)
+    MPI_Request_free(&request);
 }
 
 Incoming::Incoming(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers)
-    : route_(route), components_(components) {
-  for (const Peer &peer : peers) {
-    Channel channel{peer, std::vector<double>(header_size + components * peer.points.size()), MPI_REQUEST_NULL};
-    MPI_Recv_init(channel.buffer.data(), channel.buffer.size(), MPI_DOUBLE, peer.world_rank, route, communicator,
-                  &channel.request);
-    MPI_Start(&channel.request);
-    channels_.push_back(std::move(channel));
+    : route_(route), components_(components), requests_(peers.size()), completed_(peers.size()) {
+  for (const Peer &peer : peers)
+    channels_.push_back({peer, std::vector<double>(header_size + components * peer.points.size())});
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    auto &buffer = channels_[k].buffer;
+    MPI_Recv_init(buffer.data(), buffer.size(), MPI_DOUBLE, peers[k].world_rank, route, communicator, &requests_[k]);
+    listen(k);
   }
 }
 
-bool Incoming::arrived() { return all_complete(channels_); }
+void Incoming::listen(int channel) {
+  MPI_Start(&requests_[channel]);
+  missing_.insert(channel);
+}
+
+bool Incoming::arrived() {
+  for (int idle_looks = 0; idle_looks < 2 && !missing_.empty();) { // the second finds what the first has let in
+    int n = 0;
+    MPI_Testsome(requests_.size(), requests_.data(), &n, completed_.data(), MPI_STATUSES_IGNORE);
+    idle_looks += n == 0;
+    for (int k = 0; k < n; ++k)
+      missing_.erase(completed_[k]);
+  }
+  return missing_.empty();
+}
 
 Step Incoming::take(std::vector<double> &values) {
   Step step;
-  for (Channel &channel : channels_) {
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    const Channel &channel = channels_[k];
     const double *packed = channel.buffer.data();
     const Step mine = read_header(packed);
-    if (&channel == &channels_.front())
+    if (k == 0)
       step = mine;
     if (packed[0] != route_ || mine.number != step.number || mine.iteration != step.iteration)
       throw Failure(ExitCode::handshake, "messages of " + describe(step) + " and " + describe(mine) +
@@ -104,7 +113,7 @@ Step Incoming::take(std::vector<double> &values) {
       std::copy_n(packed, components_, values.data() + std::size_t(point) * components_);
       packed += components_;
     }
-    MPI_Start(&channel.request);
+    listen(k);
   }
   return step;
 }
@@ -120,20 +129,30 @@ Habit &Incoming::habit(const Step &step) {
 
 Habit Incoming::first_habit() const {
   Habit habit;
-  for (const Channel &channel : channels_) {
-    habit.caller = channel.peer.world_rank;
+  for (const Channel &channel : channels_)
     habit.comes_in_parts |= channel.buffer.size() * sizeof(double) > World::whole_message;
-  }
   return habit;
 }
 
-std::string Incoming::missing() const { return incomplete(channels_); }
+std::string Incoming::missing() const {
+  std::string names;
+  for (const int channel : missing_)
+    names += (names.empty() ? "" : ", ") + name_of(channels_[channel].peer);
+  return names;
+}
+
+Doorbells::Ranks Incoming::callers() const {
+  Doorbells::Ranks ranks = 0;
+  for (const int channel : missing_)
+    ranks |= Doorbells::only(channels_[channel].peer.world_rank);
+  return ranks;
+}
 
 void Incoming::close() {
-  for (Channel &channel : channels_) {
-    MPI_Cancel(&channel.request);
-    MPI_Wait(&channel.request, MPI_STATUS_IGNORE);
-    MPI_Request_free(&channel.request);
+  for (MPI_Request &request : requests_) {
+    MPI_Cancel(&request);
+    MPI_Wait(&request, MPI_STATUS_IGNORE);
+    MPI_Request_free(&request);
   }
 }
 

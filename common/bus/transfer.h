@@ -6,6 +6,7 @@
 #include "common/bus/world.h"
 
 #include <mpi.h>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,6 @@ namespace heartbus::bus {
 struct Channel {
   Peer peer;
   std::vector<double> buffer;
-  MPI_Request request = MPI_REQUEST_NULL;
 };
 
 /// The sending end of a route on one rank. A buffer stays busy until its receiver has taken it, which may be later:
@@ -35,6 +35,7 @@ class Outgoing {
   int route_;
   unsigned components_;
   std::vector<Channel> channels_;
+  std::vector<MPI_Request> requests_; ///< of the channels
 };
 
 /// The receiving end of a route on one rank. Its buffers always wait for the next message, so that senders get rid of
@@ -45,18 +46,23 @@ class Incoming {
   bool arrived();
   /// Unpacks what has arrived; Failure(handshake) when messages of different steps have met.
   Step take(std::vector<double> &values); ///< needs arrived()
-  std::string missing() const;            ///< "ep (rank 1)": whose message has not come yet
+  std::string missing() const;            ///< "ep (rank 1)": whose message had not come yet at the last look
+  Doorbells::Ranks callers() const;       ///< the same as ranks of the world
   std::string sender() const { return channels_.empty() ? "" : channels_.front().peer.participant; }
   void close();
   /// Of waiting for it: as long as at the same receipt of the step before, not as at the last one.
   Habit &habit(const Step &step);
 
  private:
+  void listen(int channel);
   Habit first_habit() const;
 
   int route_;
   unsigned components_;
   std::vector<Channel> channels_;
+  std::vector<MPI_Request> requests_; ///< of the channels
+  std::vector<int> completed_;        ///< channels, by one look
+  std::set<int> missing_;             ///< channels whose message had not come yet at the last look
   std::vector<Habit> habits_; ///< by receipt within a step
   int step_ = 0;
   std::size_t n_receipts_ = 0;

@@ -32,7 +32,6 @@ struct Naps {
   nanoseconds expected; ///< when it becomes worth while to look
   nanoseconds pause = longest_nap, look = shortest_pause;
 
-  /// A ring that was not the last one may be of a message that takes a moment.
   nanoseconds between_rings() { return std::exchange(pause, std::min<nanoseconds>(4 * pause, longest_nap)); }
   nanoseconds without_bell(nanoseconds waited) {
     if (waited < expected)
@@ -41,7 +40,7 @@ struct Naps {
     return std::exchange(look, std::min<nanoseconds>({2 * look, longest, longest_nap}));
   }
   void woken(nanoseconds waited) {
-    expected = waited; // something is on its way
+    expected = waited; // something is on its way, which may take a moment
     pause = look = shortest_pause;
   }
 };
@@ -55,9 +54,9 @@ Waiting::Waiting(std::function<void()> poll, std::function<bool()> is_sending, c
 #endif
 }
 
-bool Waiting::sleep(std::uint32_t heard, int caller, nanoseconds longest) const {
+bool Waiting::sleep(std::uint32_t heard, const Habit *habit, nanoseconds longest) const {
   if (bells_)
-    return bells_->sleep(heard, caller, longest);
+    return bells_->sleep(heard, habit ? habit->callers : Doorbells::anybody, longest);
   std::this_thread::sleep_for(longest);
   return false;
 }
@@ -66,22 +65,21 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
   const auto start = steady_clock::now();
   const bool announced = bells_ && bells_->reach_everybody();
   const bool is_short = habit && usual(*habit) < long_wait && (habit->comes_in_parts || !announced);
-  const bool until_rung = announced && !is_short;
-  const int caller = habit ? habit->caller : Doorbells::anybody;
+  const bool until_rung = announced && !is_short, is_whole = habit && !habit->comes_in_parts;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
   nanoseconds waited(0);
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
       break;
-    poll_();
+    if (!until_rung || waited > nanoseconds(0)) // it leaves the core to others: not before what may be a short sleep
+      poll_();
     if (waited > duration<double>(seconds))
       return false;
     if (is_short && waited < spin)
       sched_yield();
-    else if (until_rung && done()) // a probe finds what the one before has let in
-      break;
-    else if (sleep(heard, caller, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)))
+    else if (sleep(heard, habit, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)) &&
+             !is_whole)
       naps.woken(waited);
   }
   if (habit)

@@ -21,15 +21,14 @@ class Late : public Failure {
   const std::string waits_for;
 };
 
-/// A wait that recurs in each step: a rank of the participant that ends it, and how long it took the last two times
-/// [s].
+/// A wait that recurs in each step: who ends it, and how long it took the last two times [s].
 struct Habit {
-  int caller = Doorbells::anybody;
+  Doorbells::Ranks callers = Doorbells::anybody;
   bool comes_in_parts = false; ///< the message is too large for MPI to send it whole
   double last = 0, before = 0;
 };
 
-/// Waits asleep until its bell is rung by whom it waits for, besides which it wakes once in 10 ms: each look costs
+/// Waits asleep until its bell is rung by those it waits for, besides which it wakes once in 10 ms: each look costs
 /// those who work on its core 10 to 20 us. It looks more often while something of its own is under way, where there are
 /// ranks whose bells cannot be reached, and in waits of usually less than 2 ms for a message that comes in parts. There
 /// it spins for 50 us (most answers come at once), sleeps through half of what a recurring wait took, or three quarters
@@ -51,7 +50,7 @@ class Waiting {
   bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
 
  private:
-  bool sleep(std::uint32_t heard, int caller,
+  bool sleep(std::uint32_t heard, const Habit *habit,
              std::chrono::nanoseconds longest) const; ///< returns whether the bell rang
 
   std::function<void()> poll_;

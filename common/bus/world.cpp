@@ -47,12 +47,9 @@ World::World(int &argc, char **&argv, const Member &self) {
   }
   const auto is_coupler = [](const Member &member) { return member.coupler; };
   coupler_ = std::find_if(members_.begin(), members_.end(), is_coupler) - members_.begin();
-  std::vector<int> first_ranks;
-  for (const Member &member : members_)
-    first_ranks.push_back(ranks_of(member.name).front());
-  MPI_Comm_split(control_, first_ranks[rank_], rank_, &own_);
+  MPI_Comm_split(control_, ranks_of(members_[rank_].name).front(), rank_, &own_);
   MPI_Comm_dup(own_, &local_);
-  bells_.emplace(control_, first_ranks, coupler_);
+  bells_.emplace(control_);
   keep_to_own_core(own_);
 }
 

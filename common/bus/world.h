@@ -9,7 +9,7 @@
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 5; ///< everyone in a launch must speak the same
+constexpr int protocol_version = 6; ///< everyone in a launch must speak the same
 extern const char *const build_id;  ///< shown by --version and in the list of who came
 
 /// What every rank of the launch tells all others first.
