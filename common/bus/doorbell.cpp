@@ -7,6 +7,7 @@
 
 #ifdef __linux__
 #include <linux/futex.h>
+#include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 #endif
@@ -24,7 +25,7 @@ Doorbells::Doorbells(MPI_Comm everybody) {
   MPI_Comm_split_type(everybody, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &node_);
   void *memory;
   MPI_Win_allocate_shared(sizeof(Bell), 1, MPI_INFO_NULL, node_, &memory, &window_);
-  mine_ = new (memory) Bell{{0}, {nobody}};
+  mine_ = new (memory) Bell{{0}, {nobody}, {-1}};
 
   MPI_Group all, near;
   MPI_Comm_group(everybody, &all);
@@ -58,14 +59,15 @@ void Doorbells::ring(int rank) const {
   if (!bell)
     return;
   bell->rings.fetch_add(1);
-  const Ranks others = ~only(rank_);
-  if ((bell->missing.fetch_and(others) & others) == 0)
+  const Ranks others = ~only(rank_), before = bell->missing.fetch_and(others);
+  if ((before & others) == 0 || (before != nobody && before & ~others && bell->core == sched_getcpu()))
     syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
 }
 
 bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const {
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(longest);
   const timespec patience{time_t(seconds.count()), long((longest - seconds).count())};
+  mine_->core = sched_getcpu();
   mine_->missing = callers;
   const bool rung = syscall(SYS_futex, &mine_->rings, FUTEX_WAIT, heard, &patience, nullptr, 0) == 0 || errno == EAGAIN;
   mine_->missing = nobody;

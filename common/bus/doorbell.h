@@ -36,6 +36,7 @@ class Doorbells {
   struct alignas(64) Bell {
     std::atomic<std::uint32_t> rings;
     std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody
+    std::atomic<int> core;
   };
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;

@@ -67,7 +67,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
   const bool is_short = habit && usual(*habit) < long_wait && (habit->comes_in_parts || !announced);
   const bool until_rung = announced && !is_short, is_whole = habit && !habit->comes_in_parts;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
-  nanoseconds waited(0);
+  nanoseconds waited(0), awake_until(0);
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
@@ -76,11 +76,14 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if (is_short && waited < spin)
+    if ((is_short && waited < spin) || (is_whole && waited < awake_until))
       sched_yield();
-    else if (sleep(heard, habit, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited)) &&
-             !is_whole)
-      naps.woken(waited);
+    else if (sleep(heard, habit, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited))) {
+      if (!is_whole)
+        naps.woken(waited);
+      else
+        awake_until = steady_clock::now() - start + spin;
+    }
   }
   if (habit)
     habit->before = std::exchange(habit->last, duration<double>(waited).count());
