@@ -95,8 +95,8 @@ void Coordinator::Implementation::poll() {
   crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
-/// Of all kinds in one go: each look that finds nothing leaves the core to others. Complaints come last, when it is known
-/// who is busy with what.
+/// Of all kinds in one go: each look that finds nothing leaves the core to others. Complaints come last, when it is
+/// known who is busy with what.
 void Coordinator::Implementation::open_letters() {
   while (auto letter = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
     open(std::move(*letter));

@@ -11,8 +11,8 @@ namespace heartbus::bus {
 /// One bell for each rank of a node, in memory that they share: who has sent something rings, and a sleeping receiver
 /// wakes within microseconds. MPI itself has no wait that leaves the core to others. Ranks of other nodes cannot be
 /// rung; they look after their messages by themselves (see Waiting), as do all where there are no futexes (Linux has
-/// them). Who sleeps says whom for and wakes when all of them have rung, because a look takes the core from who works: the
-/// fluid sleeps for the moved mesh while the wall sends it what it needs later and the coupler what comes next.
+/// them). Who sleeps says whom for and wakes when all of them have rung, because a look takes the core from who works:
+/// the fluid sleeps for the moved mesh while the wall sends it what it needs later and the coupler what comes next.
 class Doorbells {
  public:
   using Ranks = std::uint64_t; ///< a set of ranks of the world; two that differ by a multiple of 63 are taken for one
@@ -27,9 +27,9 @@ class Doorbells {
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
-  /// Sleeps until all `callers` (or one of anybody) have rung, at most for `longest`; not at all if the bell has rung more
-  /// than `heard` times. Take `heard` before looking for messages: then none is missed in between. Returns whether it
-  /// has been rung, false after `longest`.
+  /// Sleeps until all `callers` (or one of anybody) have rung, at most for `longest`; not at all if the bell has rung
+  /// more than `heard` times. Take `heard` before looking for messages: then none is missed in between. Returns whether
+  /// it has been rung, false after `longest`.
   bool sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const;
 
  private:

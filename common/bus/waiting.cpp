@@ -67,7 +67,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
   const bool is_short = habit && usual(*habit) < long_wait && (habit->comes_in_parts || !announced);
   const bool until_rung = announced && !is_short, is_whole = habit && !habit->comes_in_parts;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
-  nanoseconds waited(0), awake_until(0);
+  nanoseconds waited(0), awake_until(habit && duration<double>(usual(*habit)) < spin ? spin : microseconds(0));
   for (;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
