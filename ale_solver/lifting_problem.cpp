@@ -90,8 +90,8 @@ unsigned LiftingProblem::solve(Vector &motion) {
     matrix_.vmult_threefold(y, x);
     fem::zero_constrained(y, constrained_);
   };
-  const auto statistics = fem::solve_linear("lifting", "cg", laplace, correction, b, Threefold(*factorisation_, constrained_),
-                                            tolerance);
+  const auto statistics =
+      fem::solve_linear("lifting", laplace, correction, b, Threefold(*factorisation_, constrained_), tolerance);
   motion += correction;
   return statistics.iterations;
 }

@@ -78,8 +78,8 @@ fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reductio
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   increment_ = 0;
   const auto statistics = fem::solve_linear(
-      "monodomain equation", "cg", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); },
-      increment_, residual_, *preconditioner_, reduction);
+      "monodomain equation", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); }, increment_,
+      residual_, *preconditioner_, reduction);
   v += increment_;
   return statistics;
 }

@@ -316,8 +316,9 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   else {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     iterate_moves_.predict(iteration, increment_);
-    statistics = fem::solve_linear("Navier-Stokes", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); },
-                                   increment_, b, *preconditioner_, tolerance);
+    statistics = fem::solve_linear(
+        "Navier-Stokes", [this](Vector &y, const Vector &x) { apply(y, x); }, increment_, b, *preconditioner_,
+        tolerance);
   }
   last_iterations_ = statistics.iterations;
   if (iteration == 0 && fresh_iterations_ == 0)

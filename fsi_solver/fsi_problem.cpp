@@ -109,8 +109,8 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   // Beyond what Newton's method wants, the linear residual does not matter.
   const double tolerance = std::max(linear_tolerance, 0.1 * wanted_residual_ / b.l2_norm());
   return fem::solve_linear(
-             "fluid and structure", "gmres", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b,
-             preconditioner_, tolerance)
+             "fluid and structure", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, preconditioner_,
+             tolerance)
       .iterations;
 }
 

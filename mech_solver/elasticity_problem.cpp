@@ -308,11 +308,11 @@ unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, d
     preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
   }
   const bus::Stopwatch::Section section(stopwatch, "linear solve");
-  const unsigned iterations = fem::solve_linear(
-                                  "elasticity", dynamic ? "cg" : "gmres",
-                                  [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
-                                  *preconditioner_, std::max(solver_.linear_tolerance, tolerance), dynamic ? 500 : 2000)
-                                  .iterations;
+  const unsigned iterations =
+      fem::solve_linear(
+          "elasticity", [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
+          *preconditioner_, std::max(solver_.linear_tolerance, tolerance), dynamic ? 500 : 2000)
+          .iterations;
   if (renewed)
     usual_iterations_ = iterations;
   preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;

@@ -67,7 +67,7 @@ Vector transmural_coordinate(const LagrangeSpace &space) {
   A.set_constraints(constrained);
   assemble_laplace(space, A);
   // Tight, so that the fibres do not depend on the partition.
-  solve_linear("transmural coordinate", "cg", A, correction, residual, *make_preconditioner("jacobi", A), 1e-12, 2000);
+  solve_linear("transmural coordinate", A, correction, residual, *make_preconditioner("amg", A), 1e-12);
   phi += correction;
   phi.update_ghost_values();
   return phi;

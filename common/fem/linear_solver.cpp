@@ -2,10 +2,8 @@
 
 #include "common/bus/failure.h"
 #include "common/fem/block_ilu.h"
+#include "common/fem/flexible_gmres.h"
 
-#include <deal.II/lac/solver_cg.h>
-#include <deal.II/lac/solver_control.h>
-#include <deal.II/lac/solver_gmres.h>
 #include <deal.II/lac/trilinos_precondition.h>
 
 #include <cmath>
@@ -69,71 +67,70 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
 
 namespace {
 
-/// Iterations of conjugate gradients on several ranks before GMRES takes over.
-constexpr unsigned patience = 60;
-
 struct OperatorMatrix {
   const Operator &apply;
   void vmult(Vector &y, const Vector &x) const { apply(y, x); }
 };
 
-/// Conjugate gradients, flexible because the factorisation is not symmetric on several ranks. Where mass does not dominate
-/// (large steps on fine meshes) that can make them stagnate: returns whether they have converged.
-template <class Matrix>
-bool conjugate_gradients(const Matrix &A, Vector &x, const Vector &b, const Preconditioner &preconditioner,
-                         LinearStatistics &statistics, double wanted, unsigned max_iterations) {
-  dealii::SolverControl control(max_iterations, wanted);
-  try {
-    dealii::SolverFlexibleCG<Vector>(control).solve(A, x, b, preconditioner);
-  } catch (const dealii::SolverControl::NoConvergence &) {
-    if (!std::isfinite(control.last_value()))
-      x = 0;
-  }
-  statistics = {control.last_step(), control.initial_value(), control.last_value()};
-  return control.last_check() == dealii::SolverControl::success;
+/// By one sum over the ranks.
+std::pair<double, double> norms(const Vector &x, const Vector &y) {
+  std::vector<double> squares(2), one;
+  multiply_by_basis(x.locally_owned_size(), {}, x.begin(), one);
+  squares[0] = one[0];
+  multiply_by_basis(y.locally_owned_size(), {}, y.begin(), one);
+  squares[1] = one[0];
+  dealii::Utilities::MPI::sum(squares, x.get_mpi_communicator(), squares);
+  return {std::sqrt(squares[0]), std::sqrt(squares[1])};
 }
 
 template <class Matrix>
-LinearStatistics solve(const std::string &what, const std::string &method, const Matrix &A, Vector &x, const Vector &b,
+double find_residual(const Matrix &A, const Vector &x, const Vector &b, Vector &r) {
+  A.vmult(r, x);
+  r.sadd(-1, 1, b);
+  return r.l2_norm();
+}
+
+template <class Matrix>
+LinearStatistics solve(const std::string &what, const Matrix &A, Vector &x, const Vector &b,
                        const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {
-  const double norm = b.l2_norm();
+  constexpr unsigned restart = 80;
+  const auto [norm, start] = norms(b, x);
   if (!std::isfinite(norm))
     throw Failure(ExitCode::not_finite, what + ": the right-hand side is not finite");
   if (norm == 0) {
     x = 0;
     return {};
   }
+  Vector r(b);
   LinearStatistics statistics;
-  const bool alone = dealii::Utilities::MPI::n_mpi_processes(b.get_mpi_communicator()) == 1;
-  if (method == "cg" && conjugate_gradients(A, x, b, preconditioner, statistics, tolerance * norm,
-                                            alone ? max_iterations : std::min(patience, max_iterations)))
-    return statistics;
-  dealii::SolverControl control(max_iterations, tolerance * norm);
-  try {
-    // Right preconditioning: the residual that is tested is the true one.
-    dealii::SolverGMRES<Vector>(control, dealii::SolverGMRES<Vector>::AdditionalData(80, true))
-        .solve(A, x, b, preconditioner);
-  } catch (const dealii::SolverControl::NoConvergence &e) {
-    std::ostringstream message;
-    message << what << ": " << method << " stopped after " << statistics.iterations + e.last_step << " iterations at a residual of "
-            << e.last_residual / norm << " of the right-hand side, wanted " << tolerance;
-    throw Failure(std::isfinite(e.last_residual) ? ExitCode::not_converged : ExitCode::not_finite, message.str());
+  statistics.initial_residual = statistics.residual = start == 0 ? norm : find_residual(A, x, b, r);
+  FlexibleGMRES<Matrix> gmres(A, preconditioner, b);
+  const double wanted = tolerance * norm;
+  while (statistics.residual > wanted && gmres.n_iterations < max_iterations) {
+    if (gmres.n_iterations > 0)
+      statistics.residual = find_residual(A, x, b, r);
+    statistics.residual =
+        gmres.improve(x, r, statistics.residual, wanted, std::min(restart, max_iterations - gmres.n_iterations));
   }
-  return {statistics.iterations + control.last_step(), control.initial_value(), control.last_value()};
+  statistics.iterations = gmres.n_iterations;
+  if (statistics.residual <= wanted)
+    return statistics;
+  std::ostringstream message;
+  message << what << ": GMRES stopped after " << statistics.iterations << " iterations at a residual of "
+          << statistics.residual / norm << " of the right-hand side, wanted " << tolerance;
+  throw Failure(std::isfinite(statistics.residual) ? ExitCode::not_converged : ExitCode::not_finite, message.str());
 }
 
 } // namespace
 
-LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
-                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
-                              unsigned max_iterations) {
-  return solve(what, method, A, x, b, preconditioner, tolerance, max_iterations);
+LinearStatistics solve_linear(const std::string &what, const NodalMatrix &A, Vector &x, const Vector &b,
+                              const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {
+  return solve(what, A, x, b, preconditioner, tolerance, max_iterations);
 }
 
-LinearStatistics solve_linear(const std::string &what, const std::string &method, const Operator &A, Vector &x,
-                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
-                              unsigned max_iterations) {
-  return solve(what, method, OperatorMatrix{A}, x, b, preconditioner, tolerance, max_iterations);
+LinearStatistics solve_linear(const std::string &what, const Operator &A, Vector &x, const Vector &b,
+                              const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {
+  return solve(what, OperatorMatrix{A}, x, b, preconditioner, tolerance, max_iterations);
 }
 
 } // namespace heartbus::fem

@@ -25,17 +25,14 @@ class Preconditioner {
 /// constants). Collective; keeps what it needs of the matrix, so the matrix may change afterwards.
 std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix);
 
-/// Solves A x = b to |b - A x| <= tolerance * |b| starting from x. `method` "cg" (symmetric A; on several ranks GMRES goes on where
-/// these stagnate) or "gmres". Zero b gives zero x.
+/// Solves A x = b to |b - A x| <= tolerance * |b| by GMRES, starting from x. Zero b gives zero x.
 /// Throws Failure(not_converged) naming `what`, the iterations and the residual reached; Failure(not_finite) on NaN.
-LinearStatistics solve_linear(const std::string &what, const std::string &method, const NodalMatrix &A, Vector &x,
-                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
-                              unsigned max_iterations = 500);
+LinearStatistics solve_linear(const std::string &what, const NodalMatrix &A, Vector &x, const Vector &b,
+                              const Preconditioner &preconditioner, double tolerance, unsigned max_iterations = 500);
 
 /// The same for an operator y = A x that is not a matrix, e.g. a matrix plus a dense term of low rank.
 using Operator = std::function<void(Vector &y, const Vector &x)>;
-LinearStatistics solve_linear(const std::string &what, const std::string &method, const Operator &A, Vector &x,
-                              const Vector &b, const Preconditioner &preconditioner, double tolerance,
-                              unsigned max_iterations = 500);
+LinearStatistics solve_linear(const std::string &what, const Operator &A, Vector &x, const Vector &b,
+                              const Preconditioner &preconditioner, double tolerance, unsigned max_iterations = 500);
 
 } // namespace heartbus::fem
