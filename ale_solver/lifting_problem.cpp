@@ -82,7 +82,8 @@ unsigned LiftingProblem::solve(Vector &motion) {
   laplace_.vmult_threefold(load, prescribed);
   fem::zero_constrained(b, constrained_);
   fem::zero_constrained(load, constrained_);
-  const double norm = b.l2_norm(), tolerance = tolerance_ * std::max(1., load.l2_norm() / norm);
+  const auto [norm, norm_of_load] = fem::norms(b, load);
+  const double tolerance = tolerance_ * std::max(1., norm_of_load / norm);
   if (norm == 0 || tolerance >= 1)
     return 0;
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");

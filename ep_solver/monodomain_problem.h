@@ -30,7 +30,7 @@ class MonodomainProblem {
   bus::Stopwatch stopwatch;
 
  private:
-  double find_residual(const fem::Vector &v); ///< returns its norm
+  void find_residual(const fem::Vector &v);
   fem::LinearStatistics correct(fem::Vector &v, double reduction);
 
   fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K

@@ -304,7 +304,8 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   b -= residual_;
   Vector loads = b;
   loads += guess_load_;
-  const double norm = b.l2_norm(), tolerance = parameters_.tolerance * std::max(1., loads.l2_norm() / norm);
+  const auto [norm, norm_of_loads] = fem::norms(b, loads);
+  const double tolerance = parameters_.tolerance * std::max(1., norm_of_loads / norm);
 
   if (iteration == 0) {
     refresh_preconditioner();

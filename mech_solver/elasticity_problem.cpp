@@ -248,8 +248,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   const fem::GhostValues ghosts(d);
   r = 0;
   add_cells(d, r);
-  fem::ResidualSize size;
-  size.scale = r.l2_norm(); // with the reactions, so that it does not vanish in equilibrium
+  const double own_forces = fem::own_square(r); // with the reactions, so that the scale does not vanish in equilibrium
   pericardium_.add_force(d, dt_ > 0 ? &velocity_ : nullptr, r);
   for (const auto &surface : interface_)
     if (interface_pressure != 0)
@@ -259,11 +258,14 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   r.zero_out_ghost_values();
   r.add(-1.0, load);
   fem::zero_constrained(r, constrained_);
-  size.norm = r.l2_norm();
-  size.scale = std::max({size.scale, size.norm, negligible_force_});
-  wanted_residual_ = solver_.residual_tolerance * size.scale;
   const bool valid = smallest_J_ > mech::smallest_J && largest_exponent_ < mech::largest_exponent;
-  size.valid = dealii::Utilities::MPI::min(valid ? 1 : 0, space_.communicator()) == 1;
+  std::vector<double> sums{own_forces, fem::own_square(r), valid ? 0. : 1.};
+  dealii::Utilities::MPI::sum(sums, space_.communicator(), sums);
+  fem::ResidualSize size;
+  size.norm = std::sqrt(sums[1]);
+  size.scale = std::max({std::sqrt(sums[0]), size.norm, negligible_force_});
+  size.valid = sums[2] == 0;
+  wanted_residual_ = solver_.residual_tolerance * size.scale;
   return size;
 }
 

@@ -72,17 +72,6 @@ struct OperatorMatrix {
   void vmult(Vector &y, const Vector &x) const { apply(y, x); }
 };
 
-/// By one sum over the ranks.
-std::pair<double, double> norms(const Vector &x, const Vector &y) {
-  std::vector<double> squares(2), one;
-  multiply_by_basis(x.locally_owned_size(), {}, x.begin(), one);
-  squares[0] = one[0];
-  multiply_by_basis(y.locally_owned_size(), {}, y.begin(), one);
-  squares[1] = one[0];
-  dealii::Utilities::MPI::sum(squares, x.get_mpi_communicator(), squares);
-  return {std::sqrt(squares[0]), std::sqrt(squares[1])};
-}
-
 template <class Matrix>
 double find_residual(const Matrix &A, const Vector &x, const Vector &b, Vector &r) {
   A.vmult(r, x);
@@ -122,6 +111,18 @@ LinearStatistics solve(const std::string &what, const Matrix &A, Vector &x, cons
 }
 
 } // namespace
+
+double own_square(const Vector &x) {
+  std::vector<double> square;
+  multiply_by_basis(x.locally_owned_size(), {}, x.begin(), square);
+  return square[0];
+}
+
+std::pair<double, double> norms(const Vector &x, const Vector &y) {
+  std::vector<double> squares{own_square(x), own_square(y)};
+  dealii::Utilities::MPI::sum(squares, x.get_mpi_communicator(), squares);
+  return {std::sqrt(squares[0]), std::sqrt(squares[1])};
+}
 
 LinearStatistics solve_linear(const std::string &what, const NodalMatrix &A, Vector &x, const Vector &b,
                               const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {

@@ -5,8 +5,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace heartbus::fem {
+
+/// Of the entries that this rank owns. Where several norms are needed at once, one sum over the ranks can do.
+double own_square(const Vector &x);
+/// Their l2 norms by one sum over the ranks. Collective.
+std::pair<double, double> norms(const Vector &x, const Vector &y);
 
 /// How a linear solve went.
 struct LinearStatistics {
