@@ -38,7 +38,7 @@ void Parameters::describe(config::Section &s) {
   conductivity.describe(s.section("conductivity", "over membrane area and capacitance"));
   stimulus.describe(s.section("stimulus", "applied current"));
   s.number("tolerance", tolerance, {1e-14, 1e-2}, "of the linear solver, relative to the whole right-hand side");
-  s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of the conjugate gradients; the paper's is amg");
+  s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of GMRES; the paper's is amg");
 }
 
 } // namespace heartbus::ep

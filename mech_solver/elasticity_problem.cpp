@@ -300,9 +300,8 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   ++n_tangents_;
 }
 
-/// Dynamic systems are symmetric (pressures on surfaces whose rim is held have a potential) and dominated by the mass;
-/// static ones are neither well conditioned nor, on the way to equilibrium, positive definite. The preconditioner is
-/// kept for as long as it serves about as well as when it was new.
+/// Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. The
+/// preconditioner is kept for as long as it serves about as well as when it was new.
 unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
   const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
   if (renewed) {

@@ -14,9 +14,8 @@ namespace heartbus::fem {
 /// restricted additive Schwarz with an overlap of one layer (X.-C. Cai, M. Sarkis, doi:10.1137/S106482759732678X). The
 /// blocks of a node are inverted exactly, which takes care of the coupling of its components; at the time steps of a
 /// heartbeat, where mass dominates, that is nearly all there is. Factors are held in single precision: they are an
-/// approximation anyway, and the solver is bound by memory traffic. They are made and applied in double precision, the
-/// latter because Krylov methods converge only as far as their preconditioner is linear. On several ranks the
-/// approximate inverse of a symmetric matrix is not quite symmetric: conjugate gradients must be flexible.
+/// approximation anyway, and the solver is bound by memory traffic. They are made and applied in double precision. On
+/// several ranks the approximate inverse of a symmetric matrix is not quite symmetric, hence GMRES there, too.
 class BlockILU : public Preconditioner {
  public:
   /// Collective. The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.

@@ -16,7 +16,7 @@ namespace heartbus::fem {
 /// GMRES with preconditioning from the right, the residual it knows being the true one, for preconditioners of any kind
 /// (Y. Saad, A flexible inner-outer preconditioned GMRES algorithm, doi:10.1137/0914028). Where a few iterations are
 /// enough, sums over the ranks are what counts: classical Gram-Schmidt takes one an iteration, of the products with the
-/// whole basis and the square of the norm at once, and one more where they cancel. deal.II's takes k + 2 in iteration
+/// whole basis and the square of the norm at once, and one more after many. deal.II's takes k + 2 in iteration
 /// k, and one product and one application of the preconditioner more a solve, for a start that is zero here and a
 /// solution that is a sum of the preconditioned vectors.
 template <class Matrix>
@@ -35,6 +35,7 @@ class FlexibleGMRES {
     R_.clear();
     rotations_.clear();
     g_ = {size};
+    loss_ = 1e-16;
     Vector &first = add_to(basis_);
     first.equ(1 / size, r);
     while (true) {
@@ -66,13 +67,19 @@ class FlexibleGMRES {
     return *vectors.back();
   }
 
-  /// Against the basis before it; appends the column of coefficients to R. Returns the norm of what is left of w.
+  /// Against the basis before it; appends the column of coefficients to R. Returns the norm of what is left of w. Once
+  /// is enough as long as the basis is well conditioned: what is lost of its orthogonality is about the rounding error
+  /// times the square of its condition, for which the lengths that are lost stand here (L. Giraud et al., The loss of
+  /// orthogonality in the Gram-Schmidt orthogonalization process, doi:10.1016/j.camwa.2005.08.009).
   double orthogonalise(Vector &w) {
-    constexpr double cancelled = 1e-10; // of the square of the norm: what is left is known to six digits only
+    constexpr double tolerated = 1e-8;
     R_.emplace_back(basis_.size() - 1);
     auto [before, left] = subtract_projection(w);
-    if (left < cancelled * before)
+    loss_ *= before / std::max(left, 1e-16 * before);
+    if (loss_ > tolerated) {
       left = subtract_projection(w).second;
+      loss_ = tolerated;
+    }
     return std::sqrt(std::max(left, 0.));
   }
 
@@ -127,6 +134,7 @@ class FlexibleGMRES {
   Vectors basis_, preconditioned_;
   std::vector<std::vector<double>> R_; ///< by column
   std::vector<Rotation> rotations_;
+  double loss_ = 0; ///< estimate of the basis' deviation from orthogonality
   std::vector<double> g_, y_, products_;
 };
 

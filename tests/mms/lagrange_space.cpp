@@ -229,7 +229,7 @@ unsigned iterations_with_ilu(MPI_Comm communicator) {
 TEST(BlockILU, OverlapMakesUpForTheBorderBetweenRanks) {
   const unsigned alone = iterations_with_ilu(MPI_COMM_SELF), together = iterations_with_ilu(MPI_COMM_WORLD);
   EXPECT_GT(alone, 5u);
-  EXPECT_LE(together, 1.1 * alone);
+  EXPECT_LE(together, alone + 2);
 }
 
 namespace {
@@ -266,19 +266,21 @@ TEST(SolveLinear, ReachesItsToleranceThroughRestartsAndWithAnyPreconditioner) {
   EXPECT_NEAR(statistics.residual, r.l2_norm(), 1e-3 * r.l2_norm());
 }
 
-/// As many iterations as the matrix has different eigenvalues, although the products of the second one nearly cancel.
-TEST(SolveLinear, EndsWhenNothingIsLeft) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {6, 6, 6}));
+/// As many iterations as the matrix has different eigenvalues; the residual falls by 1e12 in them.
+TEST(SolveLinear, KeepsItsBasisOrthogonal) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {8, 8, 8}));
+  constexpr unsigned n_eigenvalues = 20;
   fem::NodalMatrix A(space, 1);
-  fem::Vector x = space.make_vector(1), b(x);
+  fem::Vector x = space.make_vector(1), b(x), r(x);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
     b.local_element(node) = 1 + node % 3;
-    A.add_diagonal(node, node % 2 ? 1 : 1 + 1e-7);
+    A.add_diagonal(node, 1. + node % n_eigenvalues);
   }
-  const auto statistics = solve_linear("a diagonal", A, x, b, Identity(), 1e-13, 10);
-  EXPECT_EQ(statistics.iterations, 2u);
-  for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
-    EXPECT_NEAR(x.local_element(node), (1 + node % 3) / (node % 2 ? 1 : 1 + 1e-7), 1e-11);
+  const auto statistics = solve_linear("a diagonal", A, x, b, Identity(), 1e-12, 30);
+  EXPECT_EQ(statistics.iterations, n_eigenvalues);
+  A.vmult(r, x);
+  r -= b;
+  EXPECT_LE(r.l2_norm(), 2e-12 * b.l2_norm());
 }
 
 TEST(SolveLinear, SaysHowFarItCame) {
