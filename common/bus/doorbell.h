@@ -27,16 +27,17 @@ class Doorbells {
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
-  /// Sleeps until all `callers` (or one of anybody) have rung, at most for `longest`; not at all if the bell has rung
-  /// more than `heard` times. Take `heard` before looking for messages: then none is missed in between. Returns whether
-  /// it has been rung, false after `longest`.
+  /// Sleeps until all `callers` (or one of anybody) have rung, or one of them that runs on the same core: that will be
+  /// free soon, and looking for the other messages there is faster than being woken from another core. At most for
+  /// `longest`; not at all if the bell has rung more than `heard` times. Take `heard` before looking for messages: then
+  /// none is missed in between. Returns whether it has been rung, false after `longest`.
   bool sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const;
 
  private:
   struct alignas(64) Bell {
     std::atomic<std::uint32_t> rings;
     std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody
-    std::atomic<int> core;
+    std::atomic<int> core;      ///< that it sleeps on
   };
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;

@@ -29,7 +29,8 @@ struct Habit {
 };
 
 /// Waits asleep until its bell is rung by those it waits for, besides which it wakes once in 10 ms: each look costs
-/// those who work on its core 10 to 20 us. It looks more often while something of its own is under way, where there are
+/// those who work on its core 10 to 20 us. It looks for 50 us before it sleeps where a wait is usually that short, and
+/// after the first of several has rung. It looks more often while something of its own is under way, where there are
 /// ranks whose bells cannot be reached, and in waits of usually less than 2 ms for a message that comes in parts. There
 /// it spins for 50 us (most answers come at once), sleeps through half of what a recurring wait took, or three quarters
 /// of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most
