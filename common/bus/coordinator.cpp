@@ -43,13 +43,13 @@ struct Coordinator::Implementation {
   void open_letters();
   void open(Mailbox::Letter letter);
   void merge(Mailbox::Letter declaration);
-  void heed_complaint(Mailbox::Letter letter);
+  [[noreturn]] void heed_complaint(Mailbox::Letter letter);
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
   void collect_declarations();
   void post_rows(const RouteTable &table);
   std::vector<int> count_expected(const std::string &from = "") const; ///< recordings of what has been ordered so far
-  bool have_recorded(const std::vector<int> &expected) const;
+  bool have_recorded(const std::vector<int> &expected);                ///< takes what has arrived
   void await_all_gone();
   void order_all_to_leave(int code);
   void send_off(int code);
@@ -100,11 +100,8 @@ void Coordinator::Implementation::poll() {
 void Coordinator::Implementation::open_letters() {
   while (auto letter = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
     open(std::move(*letter));
-  if (complaints.empty())
-    return;
-  Mailbox::Letter first = std::move(complaints.front());
-  complaints.pop_front();
-  heed_complaint(std::move(first));
+  if (!complaints.empty())
+    heed_complaint(std::move(complaints.front()));
 }
 
 void Coordinator::Implementation::open(Mailbox::Letter letter) {
@@ -167,13 +164,16 @@ std::vector<int> Coordinator::Implementation::count_expected(const std::string &
   return expected;
 }
 
-bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) const {
+bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) {
+  for (Recorder &recorder : recorders)
+    recorder.take_arrived();
   return std::equal(expected.begin(), expected.end(), recorders.begin(),
                     [](int n, const Recorder &recorder) { return recorder.n_taken() >= n; });
 }
 
 void Coordinator::Implementation::await_all_gone() {
   const auto done = [expected = count_expected(), this] {
+    open_letters();
     return n_gone == n_ranks - 1 && have_recorded(expected) && traces.size() == n_traced;
   };
   waiting.until(done, [] { return Awaited{"all participants to end", ""}; });

@@ -72,7 +72,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
       break;
-    if (!until_rung || waited > nanoseconds(0)) // it leaves the core to others: not before what may be a short sleep
+    if (!until_rung || waited > nanoseconds(0)) // once asleep is soon enough: it leaves the core to others
       poll_();
     if (waited > duration<double>(seconds))
       return false;

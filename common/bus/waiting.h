@@ -34,8 +34,9 @@ struct Habit {
 /// ranks whose bells cannot be reached, and in waits of usually less than 2 ms for a message that comes in parts. There
 /// it spins for 50 us (most answers come at once), sleeps through half of what a recurring wait took, or three quarters
 /// of a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most
-/// 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round also calls
-/// `poll`, which looks for an order to leave and throws it.
+/// 10 ms). So an idle rank leaves its core to the working ones and is still awake in time. Every round but the first,
+/// before which nobody has slept, also calls `poll`, which looks for an order to leave and throws it; so `done` has to
+/// look by itself for what it waits for.
 class Waiting {
  public:
   /// `is_sending`: whether messages of its own are under way, which may need its help and end without a ring.
