@@ -40,6 +40,7 @@ struct Coordinator::Implementation {
   }
 
   void poll();
+  void count_progress();
   void open_letters();
   void open(Mailbox::Letter letter);
   void merge(Mailbox::Letter declaration);
@@ -66,6 +67,7 @@ struct Coordinator::Implementation {
   std::vector<RouteName> route_names;
   std::list<Recorder> recorders;
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
+  std::map<std::string, std::uint32_t> n_executed; ///< commands, as counted by those of this node
   std::deque<Mailbox::Letter> complaints;
   std::set<int> silent; ///< ranks that have not declared anything yet
   std::map<std::string, std::deque<Report>> reports;
@@ -95,11 +97,19 @@ void Coordinator::Implementation::poll() {
   crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
+void Coordinator::Implementation::count_progress() {
+  for (const ParticipantInfo &participant : participants)
+    if (const int root = world.ranks_of(participant.name).front(); world.bells().reach(root))
+      for (std::uint32_t &n = n_executed[participant.name]; n != world.bells().counters(root).progress; ++n)
+        crew.executed_one(participant.name);
+}
+
 /// Of all kinds in one go: each look that finds nothing leaves the core to others. Complaints come last, when it is
 /// known who is busy with what.
 void Coordinator::Implementation::open_letters() {
   while (auto letter = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
     open(std::move(*letter));
+  count_progress();
   if (!complaints.empty())
     heed_complaint(std::move(complaints.front()));
 }
@@ -312,7 +322,7 @@ Coordinator::Recording Coordinator::record(int route,
     all.mail.post(sources[r], tag_route, table.row_of_source_to_coupler(all.world, r));
   order(table.from, {Command::Kind::connect, "", route, {}});
   Recording recording{table.target_coordinates(), table.field.components, table.field.unit};
-  all.recorders.emplace_back(all.world.data(), route, recording.components, table.peers_of_coupler(all.world),
+  all.recorders.emplace_back(all.world, route, recording.components, table.peers_of_coupler(all.world),
                              recording.coordinates.size() / 3, std::move(on_values));
   return recording;
 }

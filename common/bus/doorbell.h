@@ -23,7 +23,8 @@ class Doorbells {
   Doorbells(const Doorbells &) = delete;
   void free(); ///< collective
 
-  bool reach_everybody() const; ///< no message of anybody comes unannounced
+  bool reach(int rank) const { return bells_[rank] != nullptr; } ///< whether it is of the same node
+  bool reach_everybody() const;                                  ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
@@ -33,11 +34,19 @@ class Doorbells {
   /// none is missed in between. Returns whether it has been rung, false after `longest`.
   bool sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const;
 
+  /// Counters beside the bell, for what is said often and needs no words.
+  struct Counters {
+    std::atomic<std::uint32_t> turns;    ///< that have been passed on to this rank
+    std::atomic<std::uint32_t> progress; ///< commands that it has executed
+  };
+  Counters &counters(int rank) const { return bells_[rank]->counters; } ///< needs reach(rank)
+
  private:
   struct alignas(64) Bell {
     std::atomic<std::uint32_t> rings;
     std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody
     std::atomic<int> core;      ///< that it sleeps on
+    Counters counters;
   };
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;

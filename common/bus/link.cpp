@@ -24,7 +24,7 @@ Link::Link(World &world)
 
 bool Link::is_sending() {
   return !mail_.all_sent() ||
-         std::any_of(outgoing.begin(), outgoing.end(), [](auto &route) { return !route.second.idle(); });
+         std::any_of(outgoing.begin(), outgoing.end(), [](auto &route) { return route.second.needs_help(); });
 }
 
 void Link::poll() {
@@ -62,21 +62,37 @@ Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double
 }
 
 void Link::post_progress() {
-  if (is_root())
+  if (!is_root())
+    return;
+  if (world_.bells().reach(world_.coupler()))
+    ++world_.bells().counters(world_.rank()).progress;
+  else
     mail_.send(world_.coupler(), tag_progress, {});
 }
 
 void Link::pass_turn(const std::string &to) {
   const auto ranks = world_.ranks_of(to);
+  const Doorbells &bells = world_.bells();
   for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
-    mail_.send(ranks[r], tag_turn, {});
+    if (bells.reach(ranks[r])) {
+      ++bells.counters(ranks[r]).turns;
+      bells.ring(ranks[r]);
+    } else
+      mail_.send(ranks[r], tag_turn, {});
 }
 
 void Link::take_turn(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
   const int rank = ranks.at(local_rank_ % ranks.size());
+  const Awaited awaited{"its turn, which " + from + " passes on", from};
   turns_.callers = Doorbells::only(rank);
-  receive_from(rank, tag_turn, {"its turn, which " + from + " passes on", from}, 1, &turns_);
+  if (!world_.bells().reach(rank)) {
+    receive_from(rank, tag_turn, awaited, 1, &turns_);
+    return;
+  }
+  const auto &passed = world_.bells().counters(world_.rank()).turns;
+  waiting_.until([&] { return passed != n_turns_taken_; }, [&] { return awaited; }, 1, &turns_);
+  ++n_turns_taken_;
 }
 
 std::vector<Report> Link::receive_shares() {
@@ -143,7 +159,7 @@ void Link::wait_for_the_end() {
 
 void Link::connect(const RouteRow &row, unsigned components) {
   if (!row.outgoing) {
-    incoming.try_emplace(row.route, world_.data(), row.route, components, row.peers);
+    incoming.try_emplace(row.route, world_, row.route, components, row.peers);
     return;
   }
   Outgoing &ends = outgoing.try_emplace(row.route, world_, row.route, components).first->second;

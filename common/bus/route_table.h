@@ -40,7 +40,7 @@ class RouteTable {
 class Recorder {
  public:
   using Callback = std::function<void(const Step &, const std::vector<double> &)>;
-  Recorder(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers, std::size_t n_points,
+  Recorder(const World &world, int route, unsigned components, const std::vector<Peer> &peers, std::size_t n_points,
            Callback on_values);
   void expect_one() { ++n_expected_; }
   int n_expected() const { return n_expected_; } ///< since the start

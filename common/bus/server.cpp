@@ -169,11 +169,18 @@ void Server::send(int route, const Step &step) {
 
 void Server::wait_until_taken(int route) {
   Outgoing &ends = link_.outgoing.at(route);
+  if (ends.is_free())
+    return;
   const auto awaited = [&] {
     return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route)->info.name + "'", ""};
   };
   const Stopwatch::Section waiting(parts_, "waiting");
-  link_.waiting().until([&] { return ends.idle(); }, awaited);
+  Habit habit;
+  const auto is_free = [&] {
+    habit.callers = ends.takers();
+    return ends.is_free();
+  };
+  link_.waiting().until(is_free, awaited, 1, &habit);
 }
 
 void Server::receive(int route, const Step &step) {
@@ -185,12 +192,11 @@ void Server::receive(int route, const Step &step) {
   {
     const Stopwatch::Section waiting(parts_, "waiting");
     Habit &habit = ends.habit(step);
-    const auto arrived = [&] {
-      const bool all = ends.arrived();
+    const auto has_arrived = [&] {
       habit.callers = ends.callers();
-      return all;
+      return habit.callers == 0;
     };
-    link_.waiting().until(arrived, awaited, 1, &habit);
+    link_.waiting().until(has_arrived, awaited, 1, &habit);
   }
   field.target->resize(field.size);
   if (ends.sender().empty())

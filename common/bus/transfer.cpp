@@ -43,96 +43,99 @@ void for_each_value(const std::vector<int> &points, unsigned components, const M
 
 std::string name_of(const Peer &peer) { return peer.participant + " (rank " + std::to_string(peer.rank) + ")"; }
 
+std::size_t size_of(const Peer &peer, unsigned components) { return header_size + components * peer.points.size(); }
+
+std::size_t bytes_of_slots(const std::vector<Peer> &peers, unsigned components) {
+  std::size_t bytes = 0;
+  for (const Peer &peer : peers)
+    bytes += Slot::bytes(size_of(peer, components));
+  return bytes;
+}
+
+template <class Channels, class Condition>
+std::string names_of(Channels &channels, const Condition &condition) {
+  std::string names;
+  for (auto &channel : channels)
+    if (condition(channel))
+      names += (names.empty() ? "" : ", ") + name_of(channel.peer());
+  return names;
+}
+
+template <class Channels, class Condition>
+Doorbells::Ranks ranks_of(Channels &channels, const Condition &condition) {
+  Doorbells::Ranks ranks = 0;
+  for (auto &channel : channels)
+    if (condition(channel))
+      ranks |= Doorbells::only(channel.peer().world_rank);
+  return ranks;
+}
+
+const auto is_busy = [](OutgoingChannel &channel) { return !channel.is_free(); };
+const auto is_missing = [](IncomingChannel &channel) { return !channel.has_arrived(); };
+
 } // namespace
 
 Outgoing::Outgoing(const World &world, int route, unsigned components)
     : world_(world), route_(route), components_(components) {}
 
-void Outgoing::add(const Peer &peer) {
-  channels_.push_back({peer, std::vector<double>(header_size + components_ * peer.points.size())});
-  auto &buffer = channels_.back().buffer;
-  MPI_Send_init(buffer.data(), buffer.size(), MPI_DOUBLE, peer.world_rank, route_, world_.data(),
-                &requests_.emplace_back());
-}
+void Outgoing::add(const Peer &peer) { channels_.emplace_back(world_, route_, peer, size_of(peer, components_)); }
 
-bool Outgoing::idle() {
-  int all = 0;
-  MPI_Testall(requests_.size(), requests_.data(), &all, MPI_STATUSES_IGNORE);
-  return all;
-}
+bool Outgoing::is_free() { return std::none_of(channels_.begin(), channels_.end(), is_busy); }
 
 void Outgoing::send(const Step &step, const std::vector<double> &values) {
-  for (std::size_t k = 0; k < channels_.size(); ++k) {
-    Channel &channel = channels_[k];
-    write_header(route_, step, channel.buffer.data());
-    for_each_value(channel.peer.points, components_,
-                   [packed = channel.buffer.data() + header_size,
-                    source = values.data()](std::size_t k, std::size_t i) { packed[k] = source[i]; });
-    MPI_Start(&requests_[k]);
+  for (OutgoingChannel &channel : channels_) {
+    double *message = channel.message();
+    write_header(route_, step, message);
+    for_each_value(channel.peer().points, components_,
+                   [packed = message + header_size, source = values.data()](std::size_t k, std::size_t i) {
+                     packed[k] = source[i];
+                   });
+    channel.send();
   }
-  for (const Channel &channel : channels_) // who wakes may take this core
-    world_.bells().ring(channel.peer.world_rank);
+  for (const OutgoingChannel &channel : channels_) // who wakes may take this core
+    world_.bells().ring(channel.peer().world_rank);
 }
 
-std::string Outgoing::busy_with() const {
-  std::string names;
-  for (std::size_t k = 0; k < channels_.size(); ++k) {
-    int complete = 0;
-    MPI_Request_get_status(requests_[k], &complete, MPI_STATUS_IGNORE);
-    if (!complete)
-      names += (names.empty() ? "" : ", ") + name_of(channels_[k].peer);
-  }
-  return names;
+std::string Outgoing::busy_with() { return names_of(channels_, is_busy); }
+Doorbells::Ranks Outgoing::takers() { return ranks_of(channels_, is_busy); }
+
+bool Outgoing::needs_help() {
+  return std::any_of(channels_.begin(), channels_.end(), [](OutgoingChannel &channel) { return channel.needs_help(); });
 }
 
 void Outgoing::close() {
-  for (MPI_Request &request : requests_)
-    MPI_Request_free(&request);
+  for (OutgoingChannel &channel : channels_)
+    channel.close();
 }
 
-Incoming::Incoming(MPI_Comm communicator, int route, unsigned components, const std::vector<Peer> &peers)
-    : route_(route), components_(components), requests_(peers.size()), completed_(peers.size()) {
-  for (const Peer &peer : peers)
-    channels_.push_back({peer, std::vector<double>(header_size + components * peer.points.size())});
-  for (std::size_t k = 0; k < channels_.size(); ++k) {
-    auto &buffer = channels_[k].buffer;
-    MPI_Recv_init(buffer.data(), buffer.size(), MPI_DOUBLE, peers[k].world_rank, route, communicator, &requests_[k]);
-    listen(k);
+Incoming::Incoming(const World &world, int route, unsigned components, const std::vector<Peer> &peers)
+    : route_(route), components_(components), memory_(bytes_of_slots(peers, components)) {
+  std::size_t offset = 0;
+  for (const Peer &peer : peers) {
+    const std::size_t n_numbers = size_of(peer, components);
+    channels_.emplace_back(world, route, peer, n_numbers, reinterpret_cast<Slot *>(memory_.begin() + offset),
+                           SlotAddress{memory_.ticket(), offset});
+    offset += Slot::bytes(n_numbers);
   }
 }
 
-void Incoming::listen(int channel) {
-  MPI_Start(&requests_[channel]);
-  missing_.insert(channel);
-}
-
-bool Incoming::arrived() {
-  for (int idle_looks = 0; idle_looks < 2 && !missing_.empty();) { // the second finds what the first has let in
-    int n = 0;
-    MPI_Testsome(requests_.size(), requests_.data(), &n, completed_.data(), MPI_STATUSES_IGNORE);
-    idle_looks += n == 0;
-    for (int k = 0; k < n; ++k)
-      missing_.erase(completed_[k]);
-  }
-  return missing_.empty();
-}
+bool Incoming::has_arrived() { return std::none_of(channels_.begin(), channels_.end(), is_missing); }
 
 Step Incoming::take(std::vector<double> &values) {
   Step step;
   for (std::size_t k = 0; k < channels_.size(); ++k) {
-    const Channel &channel = channels_[k];
-    const double *packed = channel.buffer.data();
+    const double *packed = channels_[k].message();
     const Step mine = read_header(packed);
     if (k == 0)
       step = mine;
     if (packed[0] != route_ || mine.number != step.number || mine.iteration != step.iteration)
       throw Failure(ExitCode::handshake, "messages of " + describe(step) + " and " + describe(mine) +
                                              " have met; the sequence does not pair its sends and receives");
-    for_each_value(channel.peer.points, components_,
+    for_each_value(channels_[k].peer().points, components_,
                    [packed = packed + header_size, target = values.data()](std::size_t k, std::size_t i) {
                      target[i] = packed[k];
                    });
-    listen(k);
+    channels_[k].take();
   }
   return step;
 }
@@ -142,37 +145,16 @@ Habit &Incoming::habit(const Step &step) {
     n_receipts_ = 0;
   step_ = step.number;
   if (habits_.size() == n_receipts_)
-    habits_.push_back(first_habit());
+    habits_.emplace_back();
   return habits_[n_receipts_++];
 }
 
-Habit Incoming::first_habit() const {
-  Habit habit;
-  for (const Channel &channel : channels_)
-    habit.comes_in_parts |= channel.buffer.size() * sizeof(double) > World::whole_message;
-  return habit;
-}
-
-std::string Incoming::missing() const {
-  std::string names;
-  for (const int channel : missing_)
-    names += (names.empty() ? "" : ", ") + name_of(channels_[channel].peer);
-  return names;
-}
-
-Doorbells::Ranks Incoming::callers() const {
-  Doorbells::Ranks ranks = 0;
-  for (const int channel : missing_)
-    ranks |= Doorbells::only(channels_[channel].peer.world_rank);
-  return ranks;
-}
+std::string Incoming::missing() { return names_of(channels_, is_missing); }
+Doorbells::Ranks Incoming::callers() { return ranks_of(channels_, is_missing); }
 
 void Incoming::close() {
-  for (MPI_Request &request : requests_) {
-    MPI_Cancel(&request);
-    MPI_Wait(&request, MPI_STATUS_IGNORE);
-    MPI_Request_free(&request);
-  }
+  for (IncomingChannel &channel : channels_)
+    channel.close();
 }
 
 } // namespace heartbus::bus

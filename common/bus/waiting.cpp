@@ -27,21 +27,15 @@ double usual(const Habit &habit) { return std::min(habit.last, habit.before); }
 /// How much of a recurring wait is slept through [s]: short ones vary more, and oversleeping them costs more.
 double slept_through(const Habit &habit) { return (usual(habit) < long_wait ? 0.5 : 0.75) * usual(habit); }
 
-/// How long to sleep next.
+/// How long to sleep next, where no bell tells when it becomes worth while to look.
 struct Naps {
-  nanoseconds expected; ///< when it becomes worth while to look
-  nanoseconds pause = longest_nap, look = shortest_pause;
+  nanoseconds expected, pause = shortest_pause;
 
-  nanoseconds between_rings() { return std::exchange(pause, std::min<nanoseconds>(4 * pause, longest_nap)); }
-  nanoseconds without_bell(nanoseconds waited) {
+  nanoseconds next(nanoseconds waited) {
     if (waited < expected)
       return std::min<nanoseconds>(expected - waited, longest_nap);
     const auto longest = std::max<nanoseconds>(longest_pause, (waited - expected) / naps_of_a_wait);
-    return std::exchange(look, std::min<nanoseconds>({2 * look, longest, longest_nap}));
-  }
-  void woken(nanoseconds waited) {
-    expected = waited; // something is on its way, which may take a moment
-    pause = look = shortest_pause;
+    return std::exchange(pause, std::min<nanoseconds>({2 * pause, longest, longest_nap}));
   }
 };
 
@@ -64,26 +58,24 @@ bool Waiting::sleep(std::uint32_t heard, const Habit *habit, nanoseconds longest
 bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
   const auto start = steady_clock::now();
   const bool announced = bells_ && bells_->reach_everybody();
-  const bool is_short = habit && usual(*habit) < long_wait && (habit->comes_in_parts || !announced);
-  const bool until_rung = announced && !is_short, is_whole = habit && !habit->comes_in_parts;
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
-  nanoseconds waited(0), awake_until(habit && duration<double>(usual(*habit)) < spin ? spin : microseconds(0));
-  for (;; waited = steady_clock::now() - start) {
+  const double looks_if_below = announced ? duration<double>(spin).count() : long_wait;
+  nanoseconds waited(0), awake_until(habit && usual(*habit) < looks_if_below ? spin : microseconds(0));
+  for (bool has_slept = !announced;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
     if (done())
       break;
-    if (!until_rung || waited > nanoseconds(0)) // once asleep is soon enough: it leaves the core to others
+    if (waited < awake_until) {
+      sched_yield();
+      continue;
+    }
+    if (has_slept) // once asleep is soon enough: it leaves the core to others
       poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if ((is_short && waited < spin) || (is_whole && waited < awake_until))
-      sched_yield();
-    else if (sleep(heard, habit, until_rung && !is_sending_() ? naps.between_rings() : naps.without_bell(waited))) {
-      if (!is_whole)
-        naps.woken(waited);
-      else
-        awake_until = steady_clock::now() - start + spin;
-    }
+    if (sleep(heard, habit, announced && !is_sending_() ? longest_nap : naps.next(waited)))
+      awake_until = steady_clock::now() - start + spin;
+    has_slept = true;
   }
   if (habit)
     habit->before = std::exchange(habit->last, duration<double>(waited).count());

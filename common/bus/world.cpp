@@ -17,12 +17,11 @@ const char *const build_id = "heartbus 0.1.0, compiler " __VERSION__;
 namespace {
 
 /// Open MPI hands larger messages over in stages for which the sender has to be awake, unless one process may read the
-/// other's memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB, a step's fields have up
-/// to 30.
+/// other's memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB.
 void keep_messages_whole() {
-  const std::string size = std::to_string(World::whole_message);
-  setenv("OMPI_MCA_btl_vader_eager_limit", size.c_str(), 0);
-  setenv("OMPI_MCA_btl_vader_max_send_size", size.c_str(), 0);
+  constexpr char size[] = "65536"; // bytes
+  setenv("OMPI_MCA_btl_vader_eager_limit", size, 0);
+  setenv("OMPI_MCA_btl_vader_max_send_size", size, 0);
 }
 
 } // namespace

@@ -9,7 +9,7 @@
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 6; ///< everyone in a launch must speak the same
+constexpr int protocol_version = 7; ///< everyone in a launch must speak the same
 extern const char *const build_id;  ///< shown by --version and in the list of who came
 
 /// What every rank of the launch tells all others first.
@@ -24,8 +24,6 @@ struct Member {
 /// claimed by two programs or with different protocols ends here, with one message that lists who came.
 class World {
  public:
-  static constexpr std::size_t whole_message = 1 << 16; ///< [bytes] at most, of what MPI sends in one piece
-
   World(int &argc, char **&argv, const Member &self);
 
   int rank() const { return rank_; }

@@ -1,0 +1,112 @@
+#include "common/bus/channel.h"
+
+#include <utility>
+
+namespace heartbus::bus {
+namespace {
+
+void cancel(MPI_Request &request) {
+  MPI_Cancel(&request);
+  MPI_Wait(&request, MPI_STATUS_IGNORE);
+}
+
+} // namespace
+
+OutgoingChannel::OutgoingChannel(const World &world, int route, Peer peer, std::size_t n_numbers)
+    : world_(&world), route_(route), peer_(std::move(peer)), n_numbers_(n_numbers) {
+  if (!world.bells().reach(peer_.world_rank)) {
+    use_own_slot();
+    return;
+  }
+  address_ = std::make_unique<SlotAddress>();
+  MPI_Irecv(address_.get(), sizeof(SlotAddress), MPI_BYTE, peer_.world_rank, route, world.data(), &request_);
+}
+
+void OutgoingChannel::use_slot_at(const SlotAddress &address) {
+  memory_ = std::make_unique<SharedMemory>(address.memory);
+  if (!memory_->begin())
+    return use_own_slot();
+  slot_ = reinterpret_cast<Slot *>(memory_->begin() + address.offset);
+  slot_->shared = 1;
+}
+
+void OutgoingChannel::use_own_slot() {
+  memory_ = std::make_unique<SharedMemory>(Slot::bytes(n_numbers_));
+  slot_ = reinterpret_cast<Slot *>(memory_->begin());
+  MPI_Send_init(slot_->message(0, n_numbers_), n_numbers_, MPI_DOUBLE, peer_.world_rank, route_, world_->data(),
+                &request_);
+}
+
+bool OutgoingChannel::is_free() {
+  int complete = 0;
+  if (!slot_) {
+    MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
+    if (!complete)
+      return false;
+    use_slot_at(*address_);
+  }
+  if (!slot_->shared) {
+    MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
+    return complete;
+  }
+  const auto has_room = [this] { return slot_->sent - slot_->taken < Slot::n_messages; };
+  if (has_room())
+    return true;
+  slot_->wanted = 1;
+  return has_room(); // otherwise the receiver sees in time that it is wanted
+}
+
+void OutgoingChannel::send() {
+  if (slot_->shared)
+    ++slot_->sent;
+  else
+    MPI_Start(&request_);
+}
+
+bool OutgoingChannel::needs_help() { return slot_ && !slot_->shared && !is_free(); }
+
+void OutgoingChannel::close() {
+  if (!slot_)
+    cancel(request_);
+  else if (!slot_->shared)
+    MPI_Request_free(&request_);
+}
+
+IncomingChannel::IncomingChannel(const World &world, int route, Peer peer, std::size_t n_numbers, Slot *slot,
+                                 const SlotAddress &address)
+    : world_(&world), peer_(std::move(peer)), n_numbers_(n_numbers), slot_(slot) {
+  MPI_Recv_init(slot_->message(0, n_numbers), n_numbers, MPI_DOUBLE, peer_.world_rank, route, world.data(), &request_);
+  MPI_Start(&request_);
+  if (!world.bells().reach(peer_.world_rank))
+    return;
+  MPI_Send(&address, sizeof address, MPI_BYTE, peer_.world_rank, route, world.data());
+  world.bells().ring(peer_.world_rank);
+}
+
+bool IncomingChannel::has_arrived() {
+  if (slot_->shared)
+    return slot_->sent != n_taken_;
+  int complete = 0;
+  for (int looks = 0; looks < 2 && !complete; ++looks) // the second finds what the first has let in
+    MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
+  return complete;
+}
+
+void IncomingChannel::take() {
+  if (!slot_->shared) {
+    MPI_Start(&request_);
+    return;
+  }
+  slot_->taken = ++n_taken_;
+  if (!slot_->wanted)
+    return;
+  slot_->wanted = 0;
+  world_->bells().ring(peer_.world_rank);
+}
+
+void IncomingChannel::close() {
+  cancel(request_);
+  MPI_Request_free(&request_);
+}
+
+} // namespace heartbus::bus
