@@ -90,19 +90,19 @@ void Simulation::run() {
   StepLog step_log(log_, time, first.number);
   for (int n = first.number + 1; n <= time.n_steps(); ++n) {
     const bus::Step step = time.step(n);
-    advance(runner, time, n);
+    const bool stop = time.refreshes_at(n) && coordinator_.stop_requested() && n < time.n_steps();
+    const bool pauses = stop || checkpoints.due(n);
+    advance(runner, time, n, pauses);
     csv.append(history_);
     step_log.step(history_, step);
-    if (!time.refreshes_at(n))
-      continue;
-    const bool stop = coordinator_.stop_requested() && n < time.n_steps();
-    if (stop || checkpoints.due(n))
+    if (pauses)
       save(runner, checkpoints, step);
     if (stop) {
       log_->warn("stopped on request after step {} of {}; --restart latest goes on", n, time.n_steps());
       break;
     }
-    runner.refresh(step);
+    if (pauses)
+      runner.refresh(step);
   }
   write_indicators(history_.rows.size() - rows_before,
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
@@ -115,9 +115,9 @@ void Simulation::begin_trace() {
   trace_.emplace();
 }
 
-void Simulation::advance(SequenceRunner &runner, const TimeControl &time, int number) {
+void Simulation::advance(SequenceRunner &runner, const TimeControl &time, int number, bool pauses) {
   const auto begin = std::chrono::steady_clock::now();
-  collect(runner.step(time, number), time.step(number));
+  collect(runner.step(time, number, pauses), time.step(number));
   if (trace_)
     trace_->add("step", begin, std::chrono::steady_clock::now(), time.step(number));
 }

@@ -30,7 +30,7 @@ class Simulation {
   void add_times(const SequenceRunner::Reports &reports);
   void collect(const SequenceRunner::Reports &reports, const bus::Step &step);
   void begin_trace();
-  void advance(SequenceRunner &runner, const TimeControl &time, int number);
+  void advance(SequenceRunner &runner, const TimeControl &time, int number, bool pauses);
   void end_trace();
   void add_costs(nlohmann::ordered_json &result) const;
   void write_indicators(std::size_t n_steps, double wall_seconds) const;

@@ -28,6 +28,7 @@ void OutgoingChannel::use_slot_at(const SlotAddress &address) {
     return use_own_slot();
   slot_ = reinterpret_cast<Slot *>(memory_->begin() + address.offset);
   slot_->shared = 1;
+  is_shared_ = true;
 }
 
 void OutgoingChannel::use_own_slot() {
@@ -45,7 +46,7 @@ bool OutgoingChannel::is_free() {
       return false;
     use_slot_at(*address_);
   }
-  if (!slot_->shared) {
+  if (!is_shared_) {
     MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
     return complete;
   }
@@ -57,18 +58,18 @@ bool OutgoingChannel::is_free() {
 }
 
 void OutgoingChannel::send() {
-  if (slot_->shared)
+  if (is_shared_)
     ++slot_->sent;
   else
     MPI_Start(&request_);
 }
 
-bool OutgoingChannel::needs_help() { return slot_ && !slot_->shared && !is_free(); }
+bool OutgoingChannel::needs_help() { return slot_ && !is_shared_ && !is_free(); }
 
 void OutgoingChannel::close() {
   if (!slot_)
     cancel(request_);
-  else if (!slot_->shared)
+  else if (!is_shared_)
     MPI_Request_free(&request_);
 }
 

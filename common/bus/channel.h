@@ -57,6 +57,7 @@ class OutgoingChannel {
   std::unique_ptr<SlotAddress> address_; ///< MPI writes here
   std::unique_ptr<SharedMemory> memory_; ///< of the slot: the receiver's or its own
   Slot *slot_ = nullptr;
+  bool is_shared_ = false;                 ///< with the receiver
   MPI_Request request_ = MPI_REQUEST_NULL; ///< of the address, then of messages unless the slot is shared
 };
 

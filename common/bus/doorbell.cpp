@@ -65,13 +65,15 @@ void Doorbells::free() {
 
 bool Doorbells::reach_everybody() const { return std::find(bells_.begin(), bells_.end(), nullptr) == bells_.end(); }
 
+bool Doorbells::shares_core(int rank) const { return reach(rank) && bells_[rank]->core == sched_getcpu(); }
+
 void Doorbells::ring(int rank) const {
   Bell *bell = bells_[rank];
   if (!bell)
     return;
   bell->rings.fetch_add(1);
   const Ranks others = ~only(rank_), before = bell->missing.fetch_and(others);
-  if ((before & others) == 0 || (before != nobody && before & ~others && bell->core == sched_getcpu()))
+  if ((before & others) == 0 || (before != nobody && before & ~others && shares_core(rank)))
     syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
 }
 
@@ -88,6 +90,8 @@ bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanosecon
 #else
 
 bool Doorbells::reach_everybody() const { return false; }
+
+bool Doorbells::shares_core(int) const { return false; }
 
 void Doorbells::ring(int) const {}
 

@@ -24,6 +24,7 @@ class Doorbells {
   void free(); ///< collective
 
   bool reach(int rank) const { return bells_[rank] != nullptr; } ///< whether it is of the same node
+  bool shares_core(int rank) const;                              ///< as far as it has slept
   bool reach_everybody() const;                                  ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;

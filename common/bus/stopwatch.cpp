@@ -1,5 +1,8 @@
 #include "common/bus/stopwatch.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace heartbus::bus {
 
 void add(const Seconds &more, Seconds &sums) {
@@ -14,26 +17,38 @@ double total(const Seconds &seconds) {
   return sum;
 }
 
-Stopwatch::Time Stopwatch::change_to(const std::string &part) {
+int Stopwatch::number_of(std::string_view name) {
+  const auto found = std::find_if(parts_.begin(), parts_.end(), [&](const Part &part) { return part.name == name; });
+  const int number = found - parts_.begin();
+  if (found == parts_.end())
+    parts_.push_back({std::string(name)});
+  return number;
+}
+
+Stopwatch::Time Stopwatch::change_to(int part) {
   const Time now = std::chrono::steady_clock::now();
-  if (!part_.empty())
-    seconds_[part_] += std::chrono::duration<double>(now - since_).count();
-  part_ = part;
+  if (open_ != none) {
+    parts_[open_].seconds += std::chrono::duration<double>(now - since_).count();
+    parts_[open_].counted = true;
+  }
+  open_ = part;
   since_ = now;
   return now;
 }
 
 Stopwatch::Section::~Section() {
-  const std::string part = stopwatch_.part_;
+  const int part = stopwatch_.open_;
   const Time end = stopwatch_.change_to(outer_);
   if (stopwatch_.on_section)
-    stopwatch_.on_section(part, begin_, end);
+    stopwatch_.on_section(stopwatch_.parts_[part].name, begin_, end);
 }
 
 Seconds Stopwatch::take() {
-  change_to(part_);
+  change_to(open_);
   Seconds seconds;
-  seconds.swap(seconds_);
+  for (Part &part : parts_)
+    if (std::exchange(part.counted, false))
+      seconds[part.name] = std::exchange(part.seconds, 0.);
   return seconds;
 }
 

@@ -4,6 +4,8 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace heartbus::bus {
 
@@ -21,15 +23,15 @@ class Stopwatch {
   /// `const bus::Stopwatch::Section section(stopwatch, "assembly");` counts for "assembly" until the end of the scope.
   class Section {
    public:
-    Section(Stopwatch &stopwatch, const std::string &part)
-        : stopwatch_(stopwatch), outer_(stopwatch.part_), begin_(stopwatch.change_to(part)) {}
+    Section(Stopwatch &stopwatch, std::string_view part)
+        : stopwatch_(stopwatch), outer_(stopwatch.open_), begin_(stopwatch.change_to(stopwatch.number_of(part))) {}
     ~Section();
     Section(const Section &) = delete;
     Section &operator=(const Section &) = delete;
 
    private:
     Stopwatch &stopwatch_;
-    const std::string outer_;
+    const int outer_;
     const Time begin_;
   };
 
@@ -40,10 +42,17 @@ class Stopwatch {
   std::function<void(const std::string &, Time, Time)> on_section;
 
  private:
-  Time change_to(const std::string &part); ///< returns now
-  std::string part_;                       ///< of the innermost open section; empty: none is open
+  static constexpr int none = -1;
+  struct Part {
+    std::string name;
+    double seconds = 0;
+    bool counted = false; ///< since the last take
+  };
+  int number_of(std::string_view part);
+  Time change_to(int part); ///< returns now
+  std::vector<Part> parts_; ///< few: found by looking through, side by side in memory
+  int open_ = none;         ///< the innermost section's part
   Time since_;
-  Seconds seconds_;
 };
 
 } // namespace heartbus::bus

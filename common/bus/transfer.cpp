@@ -3,6 +3,7 @@
 #include "common/bus/failure.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace heartbus::bus {
 namespace {
@@ -43,6 +44,19 @@ void for_each_value(const std::vector<int> &points, unsigned components, const M
 
 std::string name_of(const Peer &peer) { return peer.participant + " (rank " + std::to_string(peer.rank) + ")"; }
 
+/// Several at a time: zero times a number is zero unless that is not finite.
+bool all_finite(const double *numbers, std::size_t n) {
+  constexpr std::size_t width = 8;
+  double zeros[width] = {};
+  std::size_t i = 0;
+  for (; i + width <= n; i += width)
+    for (std::size_t k = 0; k < width; ++k)
+      zeros[k] += 0. * numbers[i + k];
+  for (; i < n; ++i)
+    zeros[0] += 0. * numbers[i];
+  return std::accumulate(zeros, zeros + width, 0.) == 0;
+}
+
 std::size_t size_of(const Peer &peer, unsigned components) { return header_size + components * peer.points.size(); }
 
 std::size_t bytes_of_slots(const std::vector<Peer> &peers, unsigned components) {
@@ -82,7 +96,7 @@ void Outgoing::add(const Peer &peer) { channels_.emplace_back(world_, route_, pe
 
 bool Outgoing::is_free() { return std::none_of(channels_.begin(), channels_.end(), is_busy); }
 
-void Outgoing::send(const Step &step, const std::vector<double> &values) {
+void Outgoing::pack(const Step &step, const std::vector<double> &values) {
   for (OutgoingChannel &channel : channels_) {
     double *message = channel.message();
     write_header(route_, step, message);
@@ -90,10 +104,24 @@ void Outgoing::send(const Step &step, const std::vector<double> &values) {
                    [packed = message + header_size, source = values.data()](std::size_t k, std::size_t i) {
                      packed[k] = source[i];
                    });
-    channel.send();
   }
-  for (const OutgoingChannel &channel : channels_) // who wakes may take this core
-    world_.bells().ring(channel.peer().world_rank);
+}
+
+bool Outgoing::is_finite() {
+  return std::all_of(channels_.begin(), channels_.end(), [this](OutgoingChannel &channel) {
+    return all_finite(channel.message(), size_of(channel.peer(), components_));
+  });
+}
+
+/// Who wakes may take this core; so those who have another are rung first.
+void Outgoing::send() {
+  for (OutgoingChannel &channel : channels_)
+    channel.send();
+  const Doorbells &bells = world_.bells();
+  for (const bool on_own_core : {false, true})
+    for (const OutgoingChannel &channel : channels_)
+      if (const int rank = channel.peer().world_rank; bells.shares_core(rank) == on_own_core)
+        bells.ring(rank);
 }
 
 std::string Outgoing::busy_with() { return names_of(channels_, is_busy); }

@@ -18,7 +18,9 @@ class Outgoing {
   Outgoing(const World &world, int route, unsigned components);
   void add(const Peer &peer);
   bool is_free(); ///< whether the next values may be sent: there is room for two messages in a channel
-  void send(const Step &step, const std::vector<double> &values); ///< needs is_free()
+  void pack(const Step &step, const std::vector<double> &values); ///< needs is_free()
+  bool is_finite(); ///< what has been packed
+  void send();      ///< what has been packed
   std::string busy_with();   ///< "mech (rank 1), fluid (rank 0)": who has not taken what was sent before
   Doorbells::Ranks takers(); ///< the same as ranks of the world
   bool needs_help();         ///< see OutgoingChannel

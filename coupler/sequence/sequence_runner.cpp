@@ -72,13 +72,15 @@ SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
   return wait_reports();
 }
 
-SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number) {
+SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number, bool pauses) {
   lead(time, number);
   complete(time.step(number));
   for (const auto &[participant, command] : turns_)
     coordinator_.order(participant, command);
   turns_.clear();
-  if (number < time.n_steps() && !time.refreshes_at(number))
+  if (!pauses && time.refreshes_at(number))
+    refresh(time.step(number));
+  if (!pauses && number < time.n_steps())
     begin(time.step(number + 1));
   return wait_reports();
 }

@@ -25,7 +25,8 @@ class SequenceRunner {
 
   using Reports = std::map<std::string, bus::Report>; ///< by participant
   Reports start(const bus::Step &step);
-  Reports step(const TimeControl &time, int number);
+  /// `pauses`: nothing is ordered beyond this step, since all are to be saved, or to end.
+  Reports step(const TimeControl &time, int number, bool pauses);
   /// All participants save or load their states at the end of this step.
   Reports states(bus::Command::Kind kind, const std::string &folder, const bus::Step &step);
   /// All drop what is not in their state, before the next step.
