@@ -87,13 +87,20 @@ bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanosecon
   return rung;
 }
 
+void Doorbells::ring(const std::set<int> &ranks) const {
+  for (const bool on_own_core : {false, true})
+    for (const int rank : ranks)
+      if (shares_core(rank) == on_own_core)
+        ring(rank);
+}
+
 #else
 
 bool Doorbells::reach_everybody() const { return false; }
 
-bool Doorbells::shares_core(int) const { return false; }
-
 void Doorbells::ring(int) const {}
+
+void Doorbells::ring(const std::set<int> &) const {}
 
 bool Doorbells::sleep(std::uint32_t, Ranks, std::chrono::nanoseconds longest) const {
   std::this_thread::sleep_for(longest);

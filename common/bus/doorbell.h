@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <mpi.h>
+#include <set>
 #include <vector>
 
 namespace heartbus::bus {
@@ -24,10 +25,11 @@ class Doorbells {
   void free(); ///< collective
 
   bool reach(int rank) const { return bells_[rank] != nullptr; } ///< whether it is of the same node
-  bool shares_core(int rank) const;                              ///< as far as it has slept
   bool reach_everybody() const;                                  ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
   void ring(int rank) const;
+  /// All of them, those on the own core last: who wakes may take it.
+  void ring(const std::set<int> &ranks) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
   /// Sleeps until all `callers` (or one of anybody) have rung, or one of them that runs on the same core: that will be
   /// free soon, and looking for the other messages there is faster than being woken from another core. At most for
@@ -43,6 +45,7 @@ class Doorbells {
   Counters &counters(int rank) const { return bells_[rank]->counters; } ///< needs reach(rank)
 
  private:
+  bool shares_core(int rank) const; ///< as far as it has slept
   struct alignas(64) Bell {
     std::atomic<std::uint32_t> rings;
     std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody

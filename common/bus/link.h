@@ -24,6 +24,7 @@ class Link {
   explicit Link(World &world);
 
   const Waiting &waiting() const { return waiting_; }
+  const Doorbells &bells() const { return world_.bells(); }
   void set_deadline(double seconds) { waiting_.deadline = seconds; }
   bool is_root() const { return local_rank_ == 0; }
   int local_size() const { return local_size_; }

@@ -58,6 +58,8 @@ void Server::run() {
   link_.post(tag_declaration, declared_.info());
   while (!finished_)
     for (const Command &command : next_batch()) {
+      if (command.kind != Command::Kind::send)
+        ring();
       execute(command);
       link_.post_progress();
     }
@@ -65,7 +67,14 @@ void Server::run() {
     hand_over_trace();
 }
 
+/// After the last of several fields: who wakes for the first one would have to wait for the others.
+void Server::ring() {
+  link_.bells().ring(to_be_rung_);
+  to_be_rung_.clear();
+}
+
 std::vector<Command> Server::next_batch() {
+  ring();
   const Stopwatch::Section idle(commands_, "idle"), waiting(parts_, "waiting");
   return unpack<std::vector<Command>>(link_.receive_broadcast(patience_of_the_idle));
 }
@@ -152,13 +161,14 @@ void Server::send(int route, const Step &step) {
   ends.pack(step, *field.source);
   if (!ends.is_finite())
     name_what_is_not_finite(*field.source, field.info, declared_.coordinates(field.info.point_set), step);
-  ends.send();
+  ends.send(to_be_rung_);
 }
 
 void Server::wait_until_taken(int route) {
   Outgoing &ends = link_.outgoing.at(route);
   if (ends.is_free())
     return;
+  ring();
   const auto awaited = [&] {
     return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route)->info.name + "'", ""};
   };

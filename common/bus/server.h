@@ -19,6 +19,7 @@ class Server {
 
  private:
   std::vector<Command> next_batch();
+  void ring();
   void execute(const Command &command);
   void prepare(const Step &step);
   bool is_prepared(const Step &step) const;
@@ -44,6 +45,7 @@ class Server {
   Stopwatch commands_, parts_; ///< by command; as work of the solver, of the bus, and waiting
   std::optional<Trace> trace_;
   const Command *command_ = nullptr; ///< being executed
+  std::set<int> to_be_rung_;         ///< ranks of the world to whom something has been sent
   bool finished_ = false;
 };
 

@@ -113,15 +113,11 @@ bool Outgoing::is_finite() {
   });
 }
 
-/// Who wakes may take this core; so those who have another are rung first.
-void Outgoing::send() {
-  for (OutgoingChannel &channel : channels_)
+void Outgoing::send(std::set<int> &to_be_rung) {
+  for (OutgoingChannel &channel : channels_) {
     channel.send();
-  const Doorbells &bells = world_.bells();
-  for (const bool on_own_core : {false, true})
-    for (const OutgoingChannel &channel : channels_)
-      if (const int rank = channel.peer().world_rank; bells.shares_core(rank) == on_own_core)
-        bells.ring(rank);
+    to_be_rung.insert(channel.peer().world_rank);
+  }
 }
 
 std::string Outgoing::busy_with() { return names_of(channels_, is_busy); }
