@@ -12,7 +12,9 @@ Node order(const std::string &who, const std::string &task) { return {Node::Kind
 Node transfer(const std::string &field, const std::string &from, const std::string &to) {
   return {Node::Kind::transfer, from, "", to, field, 1, {}};
 }
-Node turn(const std::string &from, const std::string &to) { return {Node::Kind::turn, from, "", to, "", 1, {}}; }
+Node turn(const std::string &from, const std::string &to, int steps_later = 0) {
+  return {Node::Kind::turn, from, "", to, "", steps_later, {}};
+}
 Node repeat(int times, const Nodes &body) { return {Node::Kind::repeat, "", "", "", "", times, body}; }
 Node until(const std::string &who, const std::string &scalar, double limit, int at_most, const Nodes &body) {
   return {Node::Kind::until, who, "", "", scalar, at_most, body, limit};
@@ -35,12 +37,12 @@ Nodes start() {
           transfer("mesh_motion", "ale", "fluid"), order("fluid", "start")};
 }
 
-// What precedes fluid and wall in each step: electrophysiology, active force, the fluid's mesh moved by d^n (explicit
-// geometry) and, now and then, how large alpha may be.
-Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
+// What precedes fluid and wall in each step: the fluid's mesh moved by d^n (explicit geometry), how large alpha may be
+// (now and then), electrophysiology and active force.
 Nodes geometry() {
   return {transfer("displacement", "mech", "ale"), solve("ale"), transfer("mesh_motion", "ale", "fluid")};
 }
+Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), prepare("mech")}; }
 
 /// The limit of alpha, which changes by some percent in a hundred steps (a fixed alpha only compares itself with it):
 /// the wall probes with one force after the other how it moves itself and how the blood yields, until it knows the most
@@ -139,20 +141,20 @@ Nodes interaction(const CouplingParameters &coupling) {
 } // namespace
 
 Sequence make_sequence(const CouplingParameters &coupling) {
-  // Lifting and the fluid's assembly need neither calcium nor tension. On cores of their own they go first, beside
-  // electrophysiology; on shared ones, where two solvers at a time are slower than one after the other, they take
-  // turns, and so does electrophysiology of the next step.
-  const bool own_cores = coupling.lookahead > 0;
-  const auto ep_after = [&](const std::string &last) { return own_cores ? Nodes{} : Nodes{turn(last, "ep")}; };
+  // Two solvers at a time are slower on shared cores than one after the other; so electrophysiology takes turns there.
+  const auto ep_after = [&](const std::string &who, int steps_later = 0) {
+    return coupling.lookahead > 0 ? Nodes{} : Nodes{turn(who, "ep", steps_later)};
+  };
   if (coupling.scheme == "E1FSinf")
-    return {coupling.scheme, merged_start(), E1FSinf() + ep_after("fsi")};
+    return {coupling.scheme, merged_start(), E1FSinf() + ep_after("fsi", 1)};
   if (coupling.scheme == "electromechanics")
-    return {coupling.scheme, {order("mech", "inflate")}, electromechanics() + ep_after("mech")};
-  const Nodes before = own_cores ? geometry() + activation() : activation() + geometry();
+    return {coupling.scheme, {order("mech", "inflate")}, electromechanics() + ep_after("mech", 1)};
+  // Lifting and the fluid's assembly need neither calcium nor tension. They go first: beside electrophysiology on cores
+  // of their own; on shared ones lifting begins while the fluid still commits the step before.
+  const Nodes before = geometry() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + ep_after("fluid");
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          before + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + interaction(coupling) + commit() +
-              ep_after("fluid")};
+          before + activation() + interaction(coupling) + commit()};
 }
 
 } // namespace heartbus::coupler

@@ -77,7 +77,7 @@ std::string to_text(const Node &node) {
   case Node::Kind::every:
     return "every " + std::to_string(node.times) + " steps (" + to_text(node.body) + ")";
   case Node::Kind::turn:
-    return "then " + node.receiver + " goes on";
+    return "then " + node.receiver + (node.times > 0 ? " goes on with the next step" : " goes on");
   }
   return "";
 }

@@ -14,15 +14,15 @@ namespace heartbus::coupler {
 struct Node {
   /// until: the body is repeated until a scalar of a participant is below a limit. The coupler waits for it, hence this
   /// may not stand within a repetition. every: the body is done in one of so many steps, and while a scalar of a
-  /// participant is not known (zero). turn: `receiver` goes on to the next step when `participant` is done with this
-  /// one.
+  /// participant is not known (zero). turn: `receiver` goes on, in this step or into the next one, when `participant`
+  /// has come so far.
   enum class Kind { prepare, solve, commit, task, transfer, repeat, until, every, turn };
   Kind kind = Kind::solve;
   std::string participant; ///< who acts, or who sends, or whose scalar it is
   std::string task;        ///< of Kind::task
   std::string receiver;    ///< of Kind::transfer and Kind::turn
   std::string field;       ///< of Kind::transfer; of Kind::until and Kind::every the scalar
-  int times = 1;           ///< of Kind::repeat, at most of Kind::until; of Kind::every the number of steps
+  int times = 1;           ///< of Kind::repeat, at most of Kind::until; of Kind::every and Kind::turn the number of steps
   std::vector<Node> body;  ///< of Kind::repeat, Kind::until and Kind::every
   double limit = 0;        ///< of Kind::until
   bool required = false;   ///< of Kind::until: the run fails when the limit is not reached

@@ -39,7 +39,9 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
       stream.push_back({node.receiver, {Kind::receive, "", route, step}});
     } else if (node.kind == Node::Kind::turn) {
       stream.push_back({node.participant, {Kind::pass_turn, node.receiver, -1, step}});
-      turns.push_back({node.receiver, {Kind::take_turn, node.participant, -1, step}});
+      bus::Step taken = step;
+      taken.number += node.times;
+      (node.times > 0 ? turns : stream).push_back({node.receiver, {Kind::take_turn, node.participant, -1, taken}});
     } else
       stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
     if (node.kind == Node::Kind::commit)
@@ -137,7 +139,7 @@ bool SequenceRunner::is_known(const Node &node) const {
 /// Who takes a turn is told so together with what it does next: orders pass from rank to rank, which takes time.
 void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
-    if (command.kind == bus::Command::Kind::take_turn)
+    if (command.step.number > step.number)
       turns_.push_back({participant, command});
     else if (!leaders_.count(participant))
       coordinator_.order(participant, command);

@@ -1,6 +1,8 @@
 #include "coupler/sequence/sequence_runner.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <map>
 
 using namespace heartbus;
 using namespace heartbus::coupler;
@@ -183,7 +185,9 @@ TEST(Sequence, AnInputReadBeforeItIsWrittenIsRefused) {
 
 TEST(Sequence, AFieldSentBeforeItIsComputedIsRefused) {
   Sequence sequence = scheme("EFS1");
-  std::swap(sequence.step[0], sequence.step[1]);
+  const auto calcium = std::find_if(sequence.step.begin(), sequence.step.end(),
+                                    [](const Node &node) { return node.field == "calcium"; });
+  std::iter_swap(calcium, calcium - 1);
   EXPECT_NE(complaint(sequence, heart()).find("'calcium' is sent before 'ep' has computed it"), std::string::npos);
 }
 
@@ -202,6 +206,24 @@ TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
   const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
   EXPECT_EQ(leaders({solve}), std::set<std::string>{"a"});
   EXPECT_TRUE(leaders({{Node::Kind::until, "a", "", "", "residual", 9, {solve}, 1e-3}}).empty());
+}
+
+TEST(Sequence, ElectrophysiologyWaitsUntilTheFluidIsAssembled) {
+  using Kind = bus::Command::Kind;
+  Routes routes;
+  for (const auto &[node, iteration] : written_out(scheme("EFS1").step))
+    if (node.kind == Node::Kind::transfer)
+      routes[{node.participant, node.receiver, node.field}] = 0;
+  std::map<std::string, std::vector<Kind>> kinds;
+  for (const auto &[who, command] : commands(scheme("EFS1").step, routes, {7, 0, 1.4e-3, 2e-4})) {
+    EXPECT_EQ(command.step.number, 7);
+    kinds[who].push_back(command.kind);
+  }
+  EXPECT_EQ(kinds["ep"], (std::vector<Kind>{Kind::take_turn, Kind::solve, Kind::send, Kind::commit, Kind::report}));
+  const auto &fluid = kinds["fluid"];
+  const auto turn = std::find(fluid.begin(), fluid.end(), Kind::pass_turn);
+  ASSERT_NE(turn, fluid.end());
+  EXPECT_EQ(*(turn - 1), Kind::prepare);
 }
 
 TEST(Sequence, WhoWorksLastPassesTheTurnBeforeItReports) {
@@ -230,6 +252,6 @@ TEST(Sequence, RunningAheadEndsWhereAllIsDroppedThatIsNotInTheState) {
 
 TEST(Sequence, WorkAfterTheCommitIsRefused) {
   Sequence sequence = scheme("EFS1");
-  sequence.step.push_back(sequence.step.front());
+  sequence.step.push_back({Node::Kind::solve, "ep", "", "", "", 1, {}});
   EXPECT_NE(complaint(sequence, heart()).find("'ep' is busy after its commit"), std::string::npos);
 }
