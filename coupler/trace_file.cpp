@@ -19,11 +19,11 @@ ordered_json name_event(const char *what, int participant, int rank, const std::
 }
 
 /// Rounded such that what is contained remains contained.
-ordered_json slice_event(const bus::Slice &slice, double origin, int participant, int rank) {
+ordered_json slice_event(const bus::Slice &slice, const std::string &name, double origin, int participant, int rank) {
   const auto nanoseconds = [origin](double time) { return std::llround(1e9 * (time + origin)); };
   const long long begin = nanoseconds(slice.begin), end = nanoseconds(slice.end);
   return {{"ph", "X"},
-          {"name", slice.name},
+          {"name", name},
           {"pid", participant},
           {"tid", rank},
           {"ts", 1e-3 * begin},
@@ -60,7 +60,7 @@ void write_trace(const std::string &file_name, const std::vector<bus::Coordinato
     write(name_event("process_name", process, rank, participant));
     write(name_event("thread_name", process, rank, "rank " + std::to_string(rank) + dropped));
     for (const bus::Slice &slice : trace.slices)
-      write(slice_event(slice, trace.clock_origin - first, process, rank));
+      write(slice_event(slice, trace.names[slice.name], trace.clock_origin - first, process, rank));
   }
   file << "\n]}\n";
   if (!file.flush())

@@ -67,14 +67,14 @@ bool Doorbells::reach_everybody() const { return std::find(bells_.begin(), bells
 
 bool Doorbells::shares_core(int rank) const { return reach(rank) && bells_[rank]->core == sched_getcpu(); }
 
-void Doorbells::ring(int rank) const {
+bool Doorbells::ring(int rank) const {
   Bell *bell = bells_[rank];
   if (!bell)
-    return;
+    return false;
   bell->rings.fetch_add(1);
   const Ranks others = ~only(rank_), before = bell->missing.fetch_and(others);
-  if ((before & others) == 0 || (before != nobody && before & ~others && shares_core(rank)))
-    syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0);
+  const bool wakes = (before & others) == 0 || (before != nobody && before & ~others && shares_core(rank));
+  return wakes && syscall(SYS_futex, &bell->rings, FUTEX_WAKE, 1, nullptr, nullptr, 0) > 0;
 }
 
 bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanoseconds longest) const {
@@ -87,20 +87,23 @@ bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanosecon
   return rung;
 }
 
-void Doorbells::ring(const std::set<int> &ranks) const {
+void Doorbells::ring(const std::vector<int> &ranks) const {
+  bool wakes_neighbour = false;
   for (const bool on_own_core : {false, true})
     for (const int rank : ranks)
       if (shares_core(rank) == on_own_core)
-        ring(rank);
+        wakes_neighbour |= ring(rank) && on_own_core;
+  if (wakes_neighbour)
+    sched_yield();
 }
 
 #else
 
 bool Doorbells::reach_everybody() const { return false; }
 
-void Doorbells::ring(int) const {}
+bool Doorbells::ring(int) const { return false; }
 
-void Doorbells::ring(const std::set<int> &) const {}
+void Doorbells::ring(const std::vector<int> &) const {}
 
 bool Doorbells::sleep(std::uint32_t, Ranks, std::chrono::nanoseconds longest) const {
   std::this_thread::sleep_for(longest);

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cstdint>
 #include <mpi.h>
-#include <set>
 #include <vector>
 
 namespace heartbus::bus {
@@ -27,9 +26,9 @@ class Doorbells {
   bool reach(int rank) const { return bells_[rank] != nullptr; } ///< whether it is of the same node
   bool reach_everybody() const;                                  ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
-  void ring(int rank) const;
-  /// All of them, those on the own core last: who wakes may take it.
-  void ring(const std::set<int> &ranks) const;
+  bool ring(int rank) const; ///< returns whether it wakes somebody
+  /// All of them, those on the own core last; who wakes there may go on at once.
+  void ring(const std::vector<int> &ranks) const;
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
   /// Sleeps until all `callers` (or one of anybody) have rung, or one of them that runs on the same core: that will be
   /// free soon, and looking for the other messages there is faster than being woken from another core. At most for

@@ -148,11 +148,11 @@ void Server::connect() {
   const auto row = unpack<RouteRow>(link_.receive(tag_route));
   const LocalDeclaration::Field &field = declared_.field(row.field, row.outgoing);
   link_.connect(row, field.info.components);
-  (row.outgoing ? sent_ : received_)[row.route] = &field;
+  (row.outgoing ? sent_ : received_)[row.route] = {&field, (row.outgoing ? "send " : "receive ") + row.field};
 }
 
 void Server::send(int route, const Step &step) {
-  const LocalDeclaration::Field &field = *sent_.at(route);
+  const LocalDeclaration::Field &field = *sent_.at(route).field;
   if (field.source->size() != field.size)
     throw Failure(ExitCode::handshake, "field '" + field.info.name + "' holds " + std::to_string(field.source->size()) +
                                            " values; its point set needs " + std::to_string(field.size));
@@ -161,7 +161,8 @@ void Server::send(int route, const Step &step) {
   ends.pack(step, *field.source);
   if (!ends.is_finite())
     name_what_is_not_finite(*field.source, field.info, declared_.coordinates(field.info.point_set), step);
-  ends.send(to_be_rung_);
+  ends.send();
+  ends.add_receivers(to_be_rung_);
 }
 
 void Server::wait_until_taken(int route) {
@@ -170,7 +171,7 @@ void Server::wait_until_taken(int route) {
     return;
   ring();
   const auto awaited = [&] {
-    return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route)->info.name + "'", ""};
+    return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route).field->info.name + "'", ""};
   };
   const Stopwatch::Section waiting(parts_, "waiting");
   Habit habit;
@@ -182,7 +183,7 @@ void Server::wait_until_taken(int route) {
 }
 
 void Server::receive(int route, const Step &step) {
-  const LocalDeclaration::Field &field = *received_.at(route);
+  const LocalDeclaration::Field &field = *received_.at(route).field;
   Incoming &ends = link_.incoming.at(route);
   const auto awaited = [&] {
     return Awaited{"field '" + field.info.name + "' from " + ends.missing() + ", " + describe(step), ends.sender()};
@@ -249,7 +250,7 @@ Seconds Server::take_parts() {
 
 void Server::finish() {
   solver_.finish();
-  for (const auto &[route, field] : sent_)
+  for (const auto &[route, transfer] : sent_)
     wait_until_taken(route);
   finished_ = true;
 }
@@ -266,9 +267,9 @@ void Server::begin_trace() {
     };
 }
 
-std::string Server::label(const std::string &kind) const {
+const std::string &Server::label(const std::string &kind) const {
   const bool sends = command_->kind == Command::Kind::send, receives = command_->kind == Command::Kind::receive;
-  return sends || receives ? kind + " " + (sends ? sent_ : received_).at(command_->route)->info.name : kind;
+  return sends || receives ? (sends ? sent_ : received_).at(command_->route).label : kind;
 }
 
 void Server::hand_over_trace() {

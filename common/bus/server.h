@@ -34,18 +34,22 @@ class Server {
   void finish();
   void begin_trace();
   void hand_over_trace();
-  std::string label(const std::string &kind) const; ///< of a slice of the trace
+  const std::string &label(const std::string &kind) const; ///< of a slice of the trace
 
   Solver &solver_;
   Link &link_;
   LocalDeclaration declared_;
-  std::map<int, const LocalDeclaration::Field *> sent_, received_; ///< by route
+  struct Transfer {
+    const LocalDeclaration::Field *field;
+    std::string label; ///< "send calcium"
+  };
+  std::map<int, Transfer> sent_, received_; ///< by route
   int prepared_step_ = -1;
   double prepared_time_ = 0;
   Stopwatch commands_, parts_; ///< by command; as work of the solver, of the bus, and waiting
   std::optional<Trace> trace_;
   const Command *command_ = nullptr; ///< being executed
-  std::set<int> to_be_rung_;         ///< ranks of the world to whom something has been sent
+  std::vector<int> to_be_rung_;      ///< ranks of the world to whom something has been sent
   bool finished_ = false;
 };
 

@@ -1,5 +1,7 @@
 #include "common/bus/trace.h"
 
+#include <algorithm>
+
 namespace heartbus::bus {
 namespace {
 
@@ -13,26 +15,24 @@ double seconds(const Time &time) {
 /// Of all clocks only the system's is the same in all processes, but it may be set; the steady one is good for spans.
 Trace::Trace() : clock_origin(seconds(std::chrono::system_clock::now()) - seconds(std::chrono::steady_clock::now())) {}
 
-void Trace::add(const std::string &name, Stopwatch::Time begin, Stopwatch::Time end, const Step &step) {
-  if (slices.size() < most_slices)
-    slices.push_back({name, seconds(begin), seconds(end), step.number, step.iteration});
-  else
+void Trace::add(std::string_view name, Stopwatch::Time begin, Stopwatch::Time end, const Step &step) {
+  if (slices.size() == most_slices) {
     ++n_dropped;
+    return;
+  }
+  const auto known = std::find(names.begin(), names.end(), name);
+  const int number = known - names.begin();
+  if (known == names.end())
+    names.emplace_back(name);
+  slices.push_back({number, seconds(begin), seconds(end), step.number, step.iteration});
 }
 
 Packer &operator<<(Packer &packer, const Trace &trace) {
-  packer << trace.clock_origin << trace.n_dropped << trace.slices.size();
-  for (const Slice &slice : trace.slices)
-    packer << slice.name << slice.begin << slice.end << slice.step << slice.iteration;
-  return packer;
+  return packer << trace.clock_origin << trace.n_dropped << trace.names << trace.slices;
 }
 
 Unpacker &operator>>(Unpacker &unpacker, Trace &trace) {
-  unpacker >> trace.clock_origin >> trace.n_dropped;
-  trace.slices.resize(unpacker.read<std::size_t>());
-  for (Slice &slice : trace.slices)
-    unpacker >> slice.name >> slice.begin >> slice.end >> slice.step >> slice.iteration;
-  return unpacker;
+  return unpacker >> trace.clock_origin >> trace.n_dropped >> trace.names >> trace.slices;
 }
 
 } // namespace heartbus::bus

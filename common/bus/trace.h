@@ -4,13 +4,14 @@
 #include "common/bus/solver.h"
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace heartbus::bus {
 
 /// Something that a rank has done, on its steady clock [s].
 struct Slice {
-  std::string name;
+  int name = 0; ///< one of the trace's names
   double begin = 0, end = 0;
   int step = 0, iteration = 0;
 };
@@ -19,9 +20,10 @@ struct Slice {
 class Trace {
  public:
   Trace();
-  void add(const std::string &name, Stopwatch::Time begin, Stopwatch::Time end, const Step &step);
+  void add(std::string_view name, Stopwatch::Time begin, Stopwatch::Time end, const Step &step);
 
   static constexpr std::size_t most_slices = 200000;
+  std::vector<std::string> names; ///< few
   std::vector<Slice> slices;
   std::size_t n_dropped = 0;
   double clock_origin; ///< what to add to the steady clock so that the ranks of a launch agree [s]

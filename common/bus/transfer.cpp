@@ -113,11 +113,15 @@ bool Outgoing::is_finite() {
   });
 }
 
-void Outgoing::send(std::set<int> &to_be_rung) {
-  for (OutgoingChannel &channel : channels_) {
+void Outgoing::send() {
+  for (OutgoingChannel &channel : channels_)
     channel.send();
-    to_be_rung.insert(channel.peer().world_rank);
-  }
+}
+
+void Outgoing::add_receivers(std::vector<int> &ranks) const {
+  for (const OutgoingChannel &channel : channels_)
+    if (const int rank = channel.peer().world_rank; std::find(ranks.begin(), ranks.end(), rank) == ranks.end())
+      ranks.push_back(rank);
 }
 
 std::string Outgoing::busy_with() { return names_of(channels_, is_busy); }

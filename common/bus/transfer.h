@@ -6,7 +6,6 @@
 #include "common/bus/waiting.h"
 #include "common/bus/world.h"
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -21,7 +20,8 @@ class Outgoing {
   bool is_free(); ///< whether the next values may be sent: there is room for two messages in a channel
   void pack(const Step &step, const std::vector<double> &values); ///< needs is_free()
   bool is_finite(); ///< what has been packed
-  void send(std::set<int> &to_be_rung); ///< what has been packed, to those ranks of the world
+  void send();      ///< what has been packed; does not ring
+  void add_receivers(std::vector<int> &ranks) const; ///< of the world, unless they are there already
   std::string busy_with();   ///< "mech (rank 1), fluid (rank 0)": who has not taken what was sent before
   Doorbells::Ranks takers(); ///< the same as ranks of the world
   bool needs_help();         ///< see OutgoingChannel

@@ -82,6 +82,18 @@ class Bus(unittest.TestCase):
         self.assertIn("lowest -1, highest 11, unknown nan", run.out)
         self.assertIn("coupler heard 100 transfers", run.out)
 
+    def test_values_arrive_from_node_to_node(self):
+        elsewhere = ["env", "HEARTBUS_NODE=1", DUMMY, "--name"]
+        run = Run(sequence(steps=20), [1, DUMMY, "--name", "a"], [1, *elsewhere, "a"], [1, DUMMY, "--name", "b"],
+                  [2, *elsewhere, "b"])
+        self.assertEqual(run.code, 0, run.err)
+        self.assertIn("lowest -1, highest 11, unknown nan", run.out)
+        self.assertIn("coupler heard 40 transfers", run.out)
+
+    def test_a_failure_on_another_node_ends_all(self):
+        run = Run(sequence("fail", "b"), [2, DUMMY, "--name", "a"], [2, "env", "HEARTBUS_NODE=1", DUMMY, "--name", "b"])
+        self.assert_cause(run, 5, "heartbus: b (rank 1): CG has not converged in 7 iterations")
+
     def test_a_point_without_partner_is_named_with_its_neighbour(self):
         run = pair("shifted", "b", b=2)
         self.assert_cause(run, 4, "1 of 30 points of b.points", "(0.0173, ", "(0.017, ", "is 0.0003 m away")
