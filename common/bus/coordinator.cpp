@@ -196,7 +196,7 @@ void Coordinator::Implementation::order_all_to_leave(int code) {
       MPI_Request request;
       MPI_Isend(&leave_code, 1, MPI_INT, r, tag_leave, world.control(), &request);
       MPI_Request_free(&request);
-      world.bells().ring(r);
+      world.bells().wake(r);
     }
 }
 

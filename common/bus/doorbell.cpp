@@ -87,6 +87,13 @@ bool Doorbells::sleep(std::uint32_t heard, Ranks callers, std::chrono::nanosecon
   return rung;
 }
 
+void Doorbells::wake(int rank) const {
+  if (!reach(rank))
+    return;
+  bells_[rank]->missing = anybody;
+  ring(rank);
+}
+
 void Doorbells::ring(const std::vector<int> &ranks) const {
   bool wakes_neighbour = false;
   for (const bool on_own_core : {false, true})
@@ -102,6 +109,8 @@ void Doorbells::ring(const std::vector<int> &ranks) const {
 bool Doorbells::reach_everybody() const { return false; }
 
 bool Doorbells::ring(int) const { return false; }
+
+void Doorbells::wake(int) const {}
 
 void Doorbells::ring(const std::vector<int> &) const {}
 

@@ -188,9 +188,8 @@ void Server::receive(int route, const Step &step) {
   const auto awaited = [&] {
     return Awaited{"field '" + field.info.name + "' from " + ends.missing() + ", " + describe(step), ends.sender()};
   };
-  {
+  if (Habit &habit = ends.habit(step); !ends.has_arrived()) {
     const Stopwatch::Section waiting(parts_, "waiting");
-    Habit &habit = ends.habit(step);
     const auto has_arrived = [&] {
       habit.callers = ends.callers();
       return habit.callers == 0;

@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono;
 
 constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
-constexpr milliseconds longest_nap(10); ///< an order to leave is noticed within this time
+constexpr milliseconds longest_nap(10), longest_sleep(100); ///< an order to leave is noticed within this time
 constexpr double long_wait = 2e-3;      ///< [s]
 constexpr int naps_of_a_wait = 50;      ///< what takes long beyond that ends late by 1 %
 
@@ -73,7 +73,7 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if (sleep(heard, habit, announced && !is_sending_() ? longest_nap : naps.next(waited)))
+    if (sleep(heard, habit, announced && !is_sending_() ? longest_sleep : naps.next(waited)))
       awake_until = steady_clock::now() - start + spin;
     has_slept = true;
   }

@@ -27,7 +27,7 @@ struct Habit {
   double last = 0, before = 0;
 };
 
-/// Waits asleep until its bell is rung by those it waits for, besides which it wakes once in 10 ms: each look costs
+/// Waits asleep until its bell is rung by those it waits for, besides which it wakes once in 100 ms: each look costs
 /// those who work on its core 10 to 20 us. It looks for 50 us before it sleeps where a wait is usually that short, and
 /// after the bell has rung, for there may be several to wait for. It looks more often while something of its own is
 /// under way and where there are ranks whose bells cannot be reached. There it spins for 50 us in waits of usually less
