@@ -11,9 +11,9 @@
 
 namespace heartbus::bus {
 
-/// Where the messages of one rank to one other on one route lie, one after another: n numbers each, two in turn, so that
-/// the sender may write one while the receiver has yet to read the one before. On one node both see the same slot and
-/// nothing is copied in between; from node to node each has its own, the first message of which MPI carries.
+/// Where the messages of one rank to one other on one route lie, one after another: n numbers each, two in turn, so
+/// that the sender may write one while the receiver has yet to read the one before. On one node both see the same slot
+/// and nothing is copied in between; from node to node each has its own, the first message of which MPI carries.
 struct Slot {
   alignas(64) std::atomic<std::uint32_t> shared; ///< the sender sees this very slot
   std::atomic<std::uint32_t> sent;               ///< messages so far
@@ -22,7 +22,9 @@ struct Slot {
 
   static constexpr std::uint32_t n_messages = 2;
   static std::size_t bytes(std::size_t n) { return sizeof(Slot) + n_messages * pitch(n) * sizeof(double); }
-  double *message(std::uint32_t k, std::size_t n) { return reinterpret_cast<double *>(this + 1) + k % n_messages * pitch(n); }
+  double *message(std::uint32_t k, std::size_t n) {
+    return reinterpret_cast<double *>(this + 1) + k % n_messages * pitch(n);
+  }
 
  private:
   static std::size_t pitch(std::size_t n) { return (n + 7) / 8 * 8; }
@@ -40,10 +42,10 @@ class OutgoingChannel {
   OutgoingChannel(const World &world, int route, Peer peer, std::size_t n_numbers);
 
   const Peer &peer() const { return peer_; }
-  bool is_free();     ///< whether the next message may be written; if not, the receiver rings when it may
+  bool is_free(); ///< whether the next message may be written; if not, the receiver rings when it may
   double *message() { return slot_->message(slot_->sent, n_numbers_); } ///< to be written; needs is_free()
-  void send();        ///< does not ring
-  bool needs_help();  ///< whether MPI has yet to carry a message, which it may do only while it is called
+  void send();                                                          ///< does not ring
+  bool needs_help(); ///< whether MPI has yet to carry a message, which it may do only while it is called
   void close();
 
  private:
@@ -70,7 +72,7 @@ class IncomingChannel {
   const Peer &peer() const { return peer_; }
   bool has_arrived();
   const double *message() const { return slot_->message(n_taken_, n_numbers_); } ///< needs has_arrived()
-  void take();                                                                  ///< after reading
+  void take();                                                                   ///< after reading
   void close();
 
  private:

@@ -24,7 +24,7 @@ int pretended_node() {
   return node ? std::abs(std::atoi(node)) : 0;
 }
 
-}
+} // namespace
 
 Doorbells::Doorbells(MPI_Comm everybody) {
   int size;

@@ -29,7 +29,7 @@ class Doorbells {
   bool ring(int rank) const; ///< returns whether it wakes somebody
   /// All of them, those on the own core last; who wakes there may go on at once.
   void ring(const std::vector<int> &ranks) const;
-  void wake(int rank) const; ///< even if it sleeps for others
+  void wake(int rank) const;                                  ///< even if it sleeps for others
   std::uint32_t rings() const { return mine_->rings.load(); } ///< of this rank's bell, so far
   /// Sleeps until all `callers` (or one of anybody) have rung, or one of them that runs on the same core: that will be
   /// free soon, and looking for the other messages there is faster than being woken from another core. At most for

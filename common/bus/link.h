@@ -72,7 +72,7 @@ class Link {
   World &world_;
   Mailbox mail_;
   Waiting waiting_;
-  Habit commands_, turns_; ///< of waiting for them
+  Habit commands_, turns_;          ///< of waiting for them
   std::uint32_t n_turns_taken_ = 0; ///< that ranks of this node have passed on
   int local_rank_ = 0, local_size_ = 1;
   std::vector<int> own_ranks_; ///< of the world, in the order of local ranks

@@ -11,17 +11,17 @@
 
 namespace heartbus::bus {
 
-/// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it is
-/// a header (route, step, iteration, time, size) and the values at these points.
+/// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it
+/// is a header (route, step, iteration, time, size) and the values at these points.
 class Outgoing {
  public:
   Outgoing(const World &world, int route, unsigned components);
   void add(const Peer &peer);
   bool is_free(); ///< whether the next values may be sent: there is room for two messages in a channel
   void pack(const Step &step, const std::vector<double> &values); ///< needs is_free()
-  bool is_finite(); ///< what has been packed
-  void send();      ///< what has been packed; does not ring
-  void add_receivers(std::vector<int> &ranks) const; ///< of the world, unless they are there already
+  bool is_finite();                                               ///< what has been packed
+  void send();                                                    ///< what has been packed; does not ring
+  void add_receivers(std::vector<int> &ranks) const;              ///< of the world, unless they are there already
   std::string busy_with();   ///< "mech (rank 1), fluid (rank 0)": who has not taken what was sent before
   Doorbells::Ranks takers(); ///< the same as ranks of the world
   bool needs_help();         ///< see OutgoingChannel

@@ -22,10 +22,10 @@ struct Node {
   std::string task;        ///< of Kind::task
   std::string receiver;    ///< of Kind::transfer and Kind::turn
   std::string field;       ///< of Kind::transfer; of Kind::until and Kind::every the scalar
-  int times = 1;           ///< of Kind::repeat, at most of Kind::until; of Kind::every and Kind::turn the number of steps
-  std::vector<Node> body;  ///< of Kind::repeat, Kind::until and Kind::every
-  double limit = 0;        ///< of Kind::until
-  bool required = false;   ///< of Kind::until: the run fails when the limit is not reached
+  int times = 1; ///< of Kind::repeat, at most of Kind::until; of Kind::every and Kind::turn the number of steps
+  std::vector<Node> body; ///< of Kind::repeat, Kind::until and Kind::every
+  double limit = 0;       ///< of Kind::until
+  bool required = false;  ///< of Kind::until: the run fails when the limit is not reached
 };
 using Nodes = std::vector<Node>;
 

@@ -52,15 +52,15 @@ class SequenceRunner {
   bus::Coordinator &coordinator_;
   Sequence sequence_;
   Routes routes_;
-  int lookahead_, last_led_ = 0;                   ///< of steps; the last one that leaders have been told of
-  std::set<std::string> leaders_;                  ///< only with look-ahead
+  int lookahead_, last_led_ = 0;  ///< of steps; the last one that leaders have been told of
+  std::set<std::string> leaders_; ///< only with look-ahead
   struct Place {
     std::size_t node = 0;
     int iteration = 0;
   };
   Place place_;                                             ///< up to where the step has been ordered
   std::vector<std::pair<std::string, bus::Command>> turns_; ///< to be ordered with the next step
-  std::map<std::string, bus::Times> times_before_; ///< reported within the step
+  std::map<std::string, bus::Times> times_before_;          ///< reported within the step
   Reports last_reports_;
 };
 

@@ -19,8 +19,10 @@ struct Counted {
     ++Counted::flops;                                                                                                  \
     return a.value op b.value;                                                                                         \
   }
-COUNTED_OPERATOR(+) COUNTED_OPERATOR(-) COUNTED_OPERATOR(*) COUNTED_OPERATOR(/)
-bool operator<(const Counted &a, const Counted &b) { return a.value < b.value; }
+COUNTED_OPERATOR(+)
+COUNTED_OPERATOR(-) COUNTED_OPERATOR(*) COUNTED_OPERATOR(/) bool operator<(const Counted &a, const Counted &b) {
+  return a.value < b.value;
+}
 
 /// Additions and multiplications of one of lanes_math.h's polynomials.
 Counted counted(double value, double flops) {

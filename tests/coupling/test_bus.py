@@ -91,8 +91,8 @@ class Bus(unittest.TestCase):
         self.assertIn("coupler heard 40 transfers", run.out)
 
     def test_a_failure_on_another_node_ends_all(self):
-        run = Run(sequence("fail", "b"), [2, DUMMY, "--name", "a"], [2, "env", "HEARTBUS_NODE=1", DUMMY, "--name", "b"])
-        self.assert_cause(run, 5, "heartbus: b (rank 1): CG has not converged in 7 iterations")
+        run = Run(sequence("fail", "a"), [2, "env", "HEARTBUS_NODE=1", DUMMY, "--name", "a"], [2, DUMMY, "--name", "b"])
+        self.assert_cause(run, 5, "heartbus: a (rank 1): CG has not converged in 7 iterations")
 
     def test_a_point_without_partner_is_named_with_its_neighbour(self):
         run = pair("shifted", "b", b=2)
