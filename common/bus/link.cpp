@@ -70,13 +70,13 @@ void Link::post_progress() {
     mail_.send(world_.coupler(), tag_progress, {});
 }
 
-void Link::pass_turn(const std::string &to) {
+void Link::pass_turn(const std::string &to, std::vector<int> &to_be_rung) {
   const auto ranks = world_.ranks_of(to);
   const Doorbells &bells = world_.bells();
   for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
     if (bells.reach(ranks[r])) {
       ++bells.counters(ranks[r]).turns;
-      bells.ring(ranks[r]);
+      to_be_rung.push_back(ranks[r]);
     } else
       mail_.send(ranks[r], tag_turn, {});
 }

@@ -38,8 +38,9 @@ class Link {
     mail_.post(world_.coupler(), tag, message);
   }
   void post_progress();
-  /// Lets another participant go on: each of its ranks is told by one rank of this one.
-  void pass_turn(const std::string &to);
+  /// Lets another participant go on: each of its ranks is told by one rank of this one. Those of this node are to be
+  /// rung.
+  void pass_turn(const std::string &to, std::vector<int> &to_be_rung);
   /// Waits until another participant has passed its turn on.
   void take_turn(const std::string &from);
   /// From the other ranks to the root, which passes a report of all on. Who posts does not wait.

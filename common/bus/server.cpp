@@ -67,8 +67,12 @@ void Server::run() {
     hand_over_trace();
 }
 
-/// After the last of several fields: who wakes for the first one would have to wait for the others.
+/// After the last of several fields: who wakes for the first one would have to wait for the others. Who wakes may take
+/// this core.
 void Server::ring() {
+  if (to_be_rung_.empty())
+    return;
+  const Stopwatch::Section waiting(parts_, "waiting");
   link_.bells().ring(to_be_rung_);
   to_be_rung_.clear();
 }
@@ -111,7 +115,7 @@ void Server::execute(const Command &command) {
   case Command::Kind::trace:
     return begin_trace();
   case Command::Kind::pass_turn:
-    return link_.pass_turn(command.task);
+    return link_.pass_turn(command.task, to_be_rung_);
   case Command::Kind::take_turn: {
     const Stopwatch::Section waiting(parts_, "waiting");
     return link_.take_turn(command.task);
