@@ -35,8 +35,13 @@ int nameless_file(std::size_t bytes) {
 }
 
 char *map(int file, std::size_t bytes) {
+#ifdef MAP_POPULATE
+  constexpr int at_once = MAP_POPULATE; // no page is made in the middle of a message
+#else
+  constexpr int at_once = 0;
+#endif
   const int sharing = file < 0 ? MAP_PRIVATE | MAP_ANONYMOUS : MAP_SHARED;
-  void *memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, sharing, file, 0);
+  void *memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, sharing | at_once, file, 0);
   return memory == MAP_FAILED ? nullptr : static_cast<char *>(memory);
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using namespace std::chrono;
 
-constexpr microseconds spin(50), shortest_pause(5), longest_pause(200);
+constexpr microseconds spin(150), shortest_pause(5), longest_pause(200);
 constexpr milliseconds longest_nap(10), longest_sleep(100); ///< an order to leave is noticed within this time
 constexpr double long_wait = 2e-3;                          ///< [s]
 constexpr int naps_of_a_wait = 50;                          ///< what takes long beyond that ends late by 1 %

@@ -28,11 +28,11 @@ struct Habit {
 };
 
 /// Waits asleep until its bell is rung by those it waits for, besides which it wakes once in 100 ms: each look costs
-/// those who work on its core 10 to 20 us. It looks for 50 us before it sleeps where a wait is usually that short, and
+/// those who work on its core 10 to 20 us. It looks for 150 us before it sleeps where a wait is usually that short, and
 /// after the bell has rung, for there may be several to wait for. It looks more often while something of its own is
-/// under way and where there are ranks whose bells cannot be reached. There it spins for 50 us in waits of usually less
-/// than 2 ms (most answers come at once), sleeps through half of what a recurring wait took, or three quarters of a
-/// long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most 10
+/// under way and where there are ranks whose bells cannot be reached. There it spins for 150 us in waits of usually
+/// less than 2 ms (most answers come at once), sleeps through half of what a recurring wait took, or three quarters of
+/// a long one, then 5 us at a time, doubling up to 200 us or, if that is more, a fiftieth of the time since (at most 10
 /// ms). So an idle rank leaves its core to the working ones and is still awake in time. Before it sleeps again it calls
 /// `poll`, which looks for an order to leave and throws it; `done` has to look by itself for what it waits for.
 class Waiting {

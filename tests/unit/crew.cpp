@@ -1,0 +1,53 @@
+#include "common/bus/crew.h"
+
+#include "common/bus/waiting.h"
+
+#include <gtest/gtest.h>
+#include <thread>
+
+using namespace heartbus::bus;
+
+namespace {
+
+using Kind = Command::Kind;
+
+const std::vector<RouteName> routes{{"ep", "mech", "calcium"}};
+const Step step{3, 0, 6e-4, 2e-4};
+
+} // namespace
+
+TEST(Crew, FollowsWhoWaitsForWhomToTheOneToBlame) {
+  Crew crew;
+  crew.sent("mech", {{Kind::receive, "", 0, step}});
+  crew.sent("ep", {{Kind::take_turn, "fluid", -1, step}, {Kind::solve, "", -1, step}});
+  crew.sent("fluid", {{Kind::prepare, "", -1, step}});
+  EXPECT_EQ(crew.why_late("mech", routes),
+            "; mech itself waits for 'calcium' from ep; ep itself waits for its turn from fluid; fluid is busy with "
+            "prepare, step 3, iteration 0");
+  crew.executed_one("ep");
+  EXPECT_EQ(crew.why_late("mech", routes),
+            "; mech itself waits for 'calcium' from ep; ep is busy with solve, step 3, iteration 0");
+  crew.executed_one("ep");
+  EXPECT_TRUE(crew.idle("ep"));
+  EXPECT_EQ(crew.why_late("ep", routes), "; ep has not been ordered to do anything more");
+}
+
+TEST(Crew, RecognisesThoseWhoWaitForEachOther) {
+  Crew crew;
+  crew.sent("mech", {{Kind::receive, "", 0, step}});
+  crew.sent("ep", {{Kind::take_turn, "mech", -1, step}});
+  EXPECT_EQ(crew.why_late("ep", routes),
+            "; ep itself waits for its turn from mech; mech itself waits for 'calcium' from ep; ep itself waits for "
+            "its turn from mech: they wait for each other");
+}
+
+TEST(Crew, IsLateWithACommandButNotWithAWait) {
+  Crew crew;
+  crew.sent("mech", {{Kind::receive, "", 0, step}, {Kind::solve, "", -1, step}});
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_NO_THROW(crew.watch(0.01, routes)) << "it waits for others";
+  crew.executed_one("mech");
+  EXPECT_NO_THROW(crew.watch(0.01, routes)) << "it has only just begun to solve";
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_THROW(crew.watch(0.01, routes), Late);
+}
