@@ -50,7 +50,8 @@ struct Coordinator::Implementation {
   void collect_declarations();
   void post_rows(const RouteTable &table);
   std::vector<int> count_expected(const std::string &from = "") const; ///< recordings of what has been ordered so far
-  bool have_recorded(const std::vector<int> &expected);                ///< takes what has arrived
+  void take_recordings();                                              ///< that have arrived
+  bool have_recorded(const std::vector<int> &expected);
   void await_all_gone();
   void order_all_to_leave(int code);
   void send_off(int code);
@@ -92,8 +93,7 @@ std::string Coordinator::Implementation::who(int world_rank) const {
 void Coordinator::Implementation::poll() {
   mail.all_sent();
   open_letters();
-  for (Recorder &recorder : recorders)
-    recorder.take_arrived();
+  take_recordings();
   crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
@@ -174,9 +174,14 @@ std::vector<int> Coordinator::Implementation::count_expected(const std::string &
   return expected;
 }
 
-bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) {
+/// Who sends more than two messages waits until the first has been taken.
+void Coordinator::Implementation::take_recordings() {
   for (Recorder &recorder : recorders)
     recorder.take_arrived();
+}
+
+bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) {
+  take_recordings();
   return std::equal(expected.begin(), expected.end(), recorders.begin(),
                     [](int n, const Recorder &recorder) { return recorder.n_taken() >= n; });
 }
@@ -355,10 +360,12 @@ Report Coordinator::wait_report(const std::string &participant) {
   const auto came = [&] {
     if (reports.empty())
       all.open_letters();
+    all.take_recordings();
     return !reports.empty();
   };
   Habit &habit = all.habits[participant];
-  habit.callers = Doorbells::only(all.world.ranks_of(participant).front());
+  const int root = all.world.ranks_of(participant).front();
+  habit.callers = all.recorders.empty() ? Doorbells::only(root) : Doorbells::anybody;
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
   all.waiting.until(
