@@ -75,6 +75,19 @@ TEST_F(Doorbell, WhoSleepsIsWokenByWhomItWaitsForOnly) {
   EXPECT_EQ(rings_until_awake(Doorbells::only(late)), rank == sleeper ? 2 : -1);
 }
 
+TEST_F(Doorbell, CanBeWokenByOneItDoesNotWaitFor) {
+  Doorbells bells(MPI_COMM_WORLD);
+  MPI_Barrier(MPI_COMM_WORLD);
+  if (rank == sleeper) {
+    EXPECT_TRUE(bells.sleep(0, Doorbells::only(early), 20s));
+  } else if (rank == late) {
+    std::this_thread::sleep_for(200ms);
+    bells.wake(sleeper);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  bells.free();
+}
+
 TEST_F(Doorbell, WhoSleepsForSeveralIsWokenByTheLast) {
   EXPECT_EQ(rings_until_awake(Doorbells::only(early) | Doorbells::only(late)), rank == sleeper ? 2 : -1);
 }

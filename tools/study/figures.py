@@ -136,22 +136,24 @@ def bars(study, _, figure, runs, done, path):
     """Measures of each run, the paper's as diamonds."""
     drawing, axes = panels(len(figure["y"]), (4.2, 1.4 + 0.26 * len(runs)))
     names = [run.name for run in runs]
+    diamonds = []
     for i, (axis, measure) in enumerate(zip(axes, figure["y"])):
         values = [done[name].get(measure, np.nan) for name in names]
+        known = {k: study.paper[name][measure] for k, name in enumerate(names) if measure in study.paper.get(name, {})}
         axis.barh(range(len(names)), values, color=[f"C{k % 10}" for k in range(len(names))], alpha=0.75)
-        for k, value in enumerate(values):
+        for k, value in enumerate(values):  # in a column at the right
             if np.isfinite(value):
-                axis.annotate(f"{value:.4g}", (value, k), xytext=(3, 0), textcoords="offset points", va="center",
-                              fontsize=7)
+                axis.text(0.99, k, f"{value:.4g}", transform=axis.get_yaxis_transform(), ha="right", va="center",
+                          fontsize=7)
         axis.set_yticks(range(len(names)), names)
-        known = [(study.paper[name][measure], k) for k, name in enumerate(names) if measure in study.paper.get(name, {})]
         if known:
-            axis.plot(*zip(*known), "kD", mfc="none", ms=6, label="paper")
-            axis.legend(fontsize=7, loc="lower right")
+            diamonds = axis.plot(known.values(), known.keys(), "kD", mfc="none", ms=6, label="paper")
         axis.set_xlabel(label(measure))
-        axis.margins(x=0.15)
-        axis.invert_yaxis()
+        axis.margins(x=0.25)
+        axis.set_ylim(len(names) - 0.4, -0.6)  # the same rows in all panels
         axis.tick_params(axis="y", labelsize=7, labelleft=i % (2 if len(axes) == 4 else 3) == 0)
+    if diamonds:
+        drawing.legend(handles=diamonds, fontsize=8, loc="upper right")
     save(drawing, path, figure.get("title", study.about))
 
 
