@@ -104,6 +104,7 @@ void Simulation::run() {
     if (pauses)
       runner.refresh(step);
   }
+  add_times(runner.report(time.step(time.n_steps())));
   write_indicators(history_.rows.size() - rows_before,
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (trace_)

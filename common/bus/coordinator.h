@@ -40,6 +40,7 @@ struct ParticipantInfo {
 
 /// Something a participant is told to do; executed in the order received.
 struct Command {
+  static constexpr char scalars_only[] = "scalars";
   /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
   /// trace: note from now on what is done when, and hand it over in the end; ordered by Coordinator::trace.
   /// pass_turn, take_turn: like send and receive, without a field; for those who share cores.
@@ -61,7 +62,8 @@ struct Command {
     take_turn
   };
   Kind kind = Kind::solve;
-  std::string task; ///< of Kind::task; of save and load the folder; of pass_turn and take_turn the other participant
+  std::string task; ///< of Kind::task; of save and load the folder; of pass_turn and take_turn the other participant;
+                    ///< of report `scalars_only` when times may follow with a later one
   int route = -1;   ///< of send and receive
   Step step;
 };
@@ -74,7 +76,7 @@ struct Times {
   Times &operator+=(const Times &more);
 };
 
-/// A participant's answer to Command::report: scalars in declared order, times since the last report.
+/// A participant's answer to Command::report: scalars in declared order, times since the last report with times.
 struct Report {
   std::vector<double> scalars;
   Times times;

@@ -101,7 +101,7 @@ void Server::execute(const Command &command) {
   case Command::Kind::receive:
     return receive(command.route, step);
   case Command::Kind::report:
-    return report();
+    return report(command.task != Command::scalars_only);
   case Command::Kind::connect:
     return connect();
   case Command::Kind::finish:
@@ -209,11 +209,11 @@ void Server::receive(int route, const Step &step) {
                                            describe(sent) + ", expected " + describe(step));
 }
 
-void Server::report() {
+void Server::report(bool with_times) {
   Report report;
   report.scalars = declared_.scalars();
-  report.times.commands = commands_.take();
-  report.times.parts = take_parts();
+  if (with_times)
+    report.times = {commands_.take(), take_parts()};
   for (Seconds *seconds : {&report.times.commands, &report.times.parts})
     for (auto &entry : *seconds)
       entry.second /= link_.local_size();

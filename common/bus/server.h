@@ -29,7 +29,7 @@ class Server {
   void send(int route, const Step &step);
   void wait_until_taken(int route);
   void receive(int route, const Step &step);
-  void report();
+  void report(bool with_times);
   Seconds take_parts();
   void finish();
   void begin_trace();

@@ -45,7 +45,7 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
     } else
       stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
     if (node.kind == Node::Kind::commit)
-      reports.push_back({node.participant, {Kind::report, "", -1, step}});
+      reports.push_back({node.participant, {Kind::report, bus::Command::scalars_only, -1, step}});
   }
   // Nobody is kept waiting for his turn by a report, nor for a report by who waits for his turn.
   stream.insert(stream.end(), reports.begin(), reports.end());
@@ -70,6 +70,10 @@ void SequenceRunner::connect(const Nodes &nodes) {
 
 SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
   order(sequence_.start, step);
+  return report(step);
+}
+
+SequenceRunner::Reports SequenceRunner::report(const bus::Step &step) {
   order_all({bus::Command::Kind::report, "", -1, step});
   return wait_reports();
 }
@@ -150,10 +154,9 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
   for (step.iteration = 0; step.iteration < node.times; ++step.iteration) {
     place_.iteration = step.iteration;
     order(node.body, step);
-    coordinator_.order(node.participant, {bus::Command::Kind::report, "", -1, step});
+    coordinator_.order(node.participant, {bus::Command::Kind::report, bus::Command::scalars_only, -1, step});
     coordinator_.flush();
     const bus::Report report = coordinator_.wait_report(node.participant);
-    times_before_[node.participant] += report.times;
     value = reported(node.field, coordinator_.participant(node.participant), report);
     if (value < node.limit)
       return;
@@ -170,8 +173,7 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,
                                                const bus::Step &step) {
   order_all({kind, folder, -1, step});
-  order_all({bus::Command::Kind::report, "", -1, step});
-  return wait_reports();
+  return report(step);
 }
 
 void SequenceRunner::refresh(const bus::Step &step) { order_all({bus::Command::Kind::refresh, "", -1, step}); }
@@ -186,9 +188,6 @@ SequenceRunner::Reports SequenceRunner::wait_reports() {
   Reports reports;
   for (const auto &participant : coordinator_.participants())
     reports[participant.name] = coordinator_.wait_report(participant.name);
-  for (const auto &[participant, times] : times_before_)
-    reports[participant].times += times;
-  times_before_.clear();
   last_reports_ = reports;
   return reports;
 }

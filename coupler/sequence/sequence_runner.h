@@ -25,6 +25,8 @@ class SequenceRunner {
 
   using Reports = std::map<std::string, bus::Report>; ///< by participant
   Reports start(const bus::Step &step);
+  /// With times, which those of steps leave out.
+  Reports report(const bus::Step &step);
   /// `pauses`: nothing is ordered beyond this step, since all are to be saved, or to end.
   Reports step(const TimeControl &time, int number, bool pauses);
   /// All participants save or load their states at the end of this step.
@@ -60,7 +62,6 @@ class SequenceRunner {
   };
   Place place_;                                             ///< up to where the step has been ordered
   std::vector<std::pair<std::string, bus::Command>> turns_; ///< to be ordered with the next step
-  std::map<std::string, bus::Times> times_before_;          ///< reported within the step
   Reports last_reports_;
 };
 
