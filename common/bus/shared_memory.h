@@ -7,7 +7,7 @@ namespace heartbus::bus {
 
 /// Memory that other processes of the node can reach as well, filled with zeros. It has no name, so nothing is left of
 /// it when its processes end, however they do. Linux only (memfd); elsewhere, and where a process may not look into
-/// another's descriptors, it remains private, and `reach` yields null.
+/// another's descriptors, it remains private, and what is made from its ticket is empty.
 class SharedMemory {
  public:
   /// What another process needs to reach it.
