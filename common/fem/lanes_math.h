@@ -38,16 +38,36 @@ HEARTBUS_INLINE Lanes horner(const Lanes &x, Coefficients... coefficients) {
 /// Adding it rounds to an integer, which then stands in the low bits.
 inline constexpr double rounding = 0x1.8p52;
 
-/// e^x = 2^n e^r with |r| <= log(2)/2, e^r by its Taylor polynomial of degree 12. x is cut to +-708, where doubles end.
-HEARTBUS_INLINE Lanes exp(Lanes x) {
-  x = x < -708.0 ? lanes(-708.0) : x;
-  x = x > 708.0 ? lanes(708.0) : x;
+HEARTBUS_INLINE Lanes clamp(Lanes x, double limit) {
+  x = x < -limit ? lanes(-limit) : x;
+  return x > limit ? lanes(limit) : x;
+}
+
+/// x = n log(2) + r with |r| <= log(2)/2.
+struct Reduced {
+  Lanes r, two_to_n;
+};
+HEARTBUS_INLINE Reduced reduce(const Lanes &x) {
   const Lanes shifted = x * 0x1.71547652b82fep0 + rounding; // log2(e)
   const Lanes n = shifted - rounding;
-  const Lanes r = (x - n * 0x1.62e42fefa3800p-1) - n * 0x1.ef35793c76730p-45; // log(2) in two parts
-  const Lanes p = horner(r, 1. / 479001600, 1. / 39916800, 1. / 3628800, 1. / 362880, 1. / 40320, 1. / 5040, 1. / 720,
-                         1. / 120, 1. / 24, 1. / 6, 1. / 2, 1., 1.);
-  return p * from_bits((bits(shifted) + 1023) << 52);
+  return {(x - n * 0x1.62e42fefa3800p-1) - n * 0x1.ef35793c76730p-45, // log(2) in two parts
+          from_bits((bits(shifted) + 1023) << 52)};
+}
+
+/// e^x = 2^n e^r, e^r by its Taylor polynomial of degree 12. x is cut to +-708, where doubles end.
+HEARTBUS_INLINE Lanes exp(const Lanes &x) {
+  const auto [r, two_to_n] = reduce(clamp(x, 708));
+  return two_to_n * horner(r, 1. / 479001600, 1. / 39916800, 1. / 3628800, 1. / 362880, 1. / 40320, 1. / 5040, 1. / 720,
+                           1. / 120, 1. / 24, 1. / 6, 1. / 2, 1., 1.);
+}
+
+/// tanh x = a / (a + 2), a = e^2x - 1 = 2^n (e^r - 1) + (2^n - 1), which loses nothing near 0; from |x| = 20 on it is +-1.
+HEARTBUS_INLINE Lanes tanh(const Lanes &x) {
+  const auto [r, two_to_n] = reduce(2.0 * clamp(x, 20));
+  const Lanes a = two_to_n * (r * horner(r, 1. / 479001600, 1. / 39916800, 1. / 3628800, 1. / 362880, 1. / 40320,
+                                         1. / 5040, 1. / 720, 1. / 120, 1. / 24, 1. / 6, 1. / 2, 1.)) +
+                  (two_to_n - 1.0);
+  return a / (a + 2.0);
 }
 
 /// log x = n log 2 + log m with m in [0.7, 1.4], log m = 2 artanh((m-1)/(m+1)). NaN unless x > 0.
@@ -71,8 +91,10 @@ HEARTBUS_INLINE Lanes sqrt(const Lanes &x) {
 using lanes_math::exp;
 using lanes_math::log;
 using lanes_math::sqrt;
+using lanes_math::tanh;
 using std::exp;
 using std::log;
 using std::sqrt;
+using std::tanh;
 
 } // namespace heartbus::fem

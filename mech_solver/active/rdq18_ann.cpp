@@ -18,8 +18,10 @@
 
 #include "mech_solver/active/rdq18_ann.h"
 
+#include "common/fem/lanes_math.h"
+
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 
 namespace heartbus::mech {
 
@@ -55,12 +57,33 @@ constexpr double b2[2] = {-12.3252815427869, -7.98245632382205};
 
 /// y = W x - b
 template <unsigned m, unsigned n>
-void layer(const double (&W)[m][n], const double (&b)[m], const double *x, double *y) {
+HEARTBUS_INLINE void layer(const double (&W)[m][n], const double (&b)[m], const double *x, double *y) {
   for (unsigned i = 0; i < m; ++i) {
     y[i] = -b[i];
     for (unsigned j = 0; j < n; ++j)
       y[i] += W[i][j] * x[j];
   }
+}
+
+/// The six neurons of a layer, and two that stay at rest, so that they fill two vectors.
+using Neurons = double[2 * fem::n_lanes];
+
+HEARTBUS_INLINE void activate(Neurons &y) {
+  for (double *four = y; four < std::end(y); four += fem::n_lanes) {
+    fem::Lanes value;
+    std::memcpy(&value, four, sizeof(value));
+    value = fem::tanh(value);
+    std::memcpy(four, &value, sizeof(value));
+  }
+}
+
+HEARTBUS_SIMD void network(const double *x, double *output) {
+  Neurons y = {}, z = {};
+  layer(W0, b0, x, y);
+  activate(y);
+  layer(W1, b1, y, z);
+  activate(z);
+  layer(W2, b2, z, output);
 }
 
 } // namespace
@@ -69,14 +92,7 @@ std::vector<double> Rdq18Ann::initial_state() const { return {0.0014927870763429
 
 void Rdq18Ann::rate(const double *s, double calcium, double sarcomere_length, double *ds) const {
   const double x[4] = {calcium, std::clamp(sarcomere_length, shortest, longest), s[0], s[1]};
-  double y[6], z[6];
-  layer(W0, b0, x, y);
-  for (double &value : y)
-    value = std::tanh(value);
-  layer(W1, b1, y, z);
-  for (double &value : z)
-    value = std::tanh(value);
-  layer(W2, b2, z, ds);
+  network(x, ds);
 }
 
 void Rdq18Ann::advance(double dt, double calcium, double sarcomere_length, double *s) const {

@@ -12,6 +12,7 @@ namespace {
 
 HEARTBUS_SIMD void exponential(const Lanes *x, Lanes *y) { *y = fem::exp(*x); }
 HEARTBUS_SIMD void logarithm(const Lanes *x, Lanes *y) { *y = fem::log(*x); }
+HEARTBUS_SIMD void hyperbolic_tangent(const Lanes *x, Lanes *y) { *y = fem::tanh(*x); }
 
 /// Largest relative difference from the standard function over [low, high].
 template <class Vectorised, class Standard>
@@ -48,11 +49,22 @@ TEST(LanesMath, LogarithmAgreesWithTheStandardLibrary) {
             2e-15);
 }
 
+TEST(LanesMath, HyperbolicTangentAgreesWithTheStandardLibrary) {
+  const auto standard = [](double x) { return std::tanh(x); };
+  EXPECT_LT(worst(hyperbolic_tangent, standard, -30, -1), 1e-15);
+  EXPECT_LT(worst(hyperbolic_tangent, standard, -1.0001, 1), 2e-15);
+  EXPECT_LT(worst(hyperbolic_tangent, standard, 1e-12, 1e-8), 1e-15);
+  EXPECT_LT(worst(hyperbolic_tangent, standard, 1, 1e4), 1e-15);
+}
+
 TEST(LanesMath, NonsenseStaysVisible) {
   const double nan = std::nan("");
-  Lanes x = {nan, -1, 0, 1}, e, l;
+  Lanes x = {nan, -1, 0, 1}, e, l, t;
   exponential(&x, &e);
   logarithm(&x, &l);
+  hyperbolic_tangent(&x, &t);
+  EXPECT_TRUE(std::isnan(t[0]));
+  EXPECT_EQ(t[2], 0);
   EXPECT_TRUE(std::isnan(e[0]));
   EXPECT_TRUE(std::isnan(l[0]));
   EXPECT_TRUE(std::isnan(l[1]));
