@@ -81,22 +81,37 @@ void NodalMatrix::set_constraints(const std::vector<std::uint8_t> &constrained) 
 
 void NodalMatrix::clear() { std::fill(values_, values_ + row_begin_[n_rows_], 0.0); }
 
-void NodalMatrix::add_batch(unsigned batch, const Lanes *K) {
+void NodalMatrix::constrain(unsigned batch, Lanes *K) const {
   const unsigned n = space_.nodes_per_cell(), c = components_;
+  for (unsigned lane = 0; lane < n_lanes; ++lane) {
+    const unsigned slot = batch * n_lanes + lane, *nodes = space_.cell_nodes(slot);
+    if (!slot_constrained_[slot])
+      continue;
+    for (unsigned k = 0; k < n * c; ++k)
+      if (constrained_[nodes[k / c] * c + k % c])
+        for (unsigned l = 0; l < n * c; ++l)
+          if (l != k) {
+            const unsigned a = k / c, i = k % c, b = l / c, j = l % c;
+            K[((a * n + b) * c + i) * c + j][lane] = 0;
+            K[((b * n + a) * c + j) * c + i][lane] = 0;
+          }
+  }
+}
+
+void NodalMatrix::add_batch(unsigned batch, Lanes *K) {
+  const unsigned n = space_.nodes_per_cell(), c = components_;
+  constrain(batch, K);
   BatchRows rows{n, c, 0, {}, {}, {}, {}};
   for (unsigned a = 0; a < n; ++a) {
     const Lanes *K_a = K + a * n * c * c;
     rows.n_used = 0;
-    visit_rows(
-        batch, a,
-        [&](unsigned lane, unsigned node, const int *positions) {
-          const unsigned row = node * c, k = rows.n_used++;
-          rows.lane[k] = lane;
-          rows.row[k] = values_ + row_begin_[row];
-          rows.length[k] = row_begin_[row + 1] - row_begin_[row];
-          rows.position[k] = positions;
-        },
-        [&](unsigned slot, unsigned lane) { add_constrained_row(*this, space_, c, slot, a, lane, K_a); });
+    visit_rows(batch, a, [&](unsigned lane, unsigned node, const int *positions) {
+      const unsigned row = node * c, k = rows.n_used++;
+      rows.lane[k] = lane;
+      rows.row[k] = values_ + row_begin_[row];
+      rows.length[k] = row_begin_[row + 1] - row_begin_[row];
+      rows.position[k] = positions;
+    });
     insert_rows(rows, K_a);
   }
 }

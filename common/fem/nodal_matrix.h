@@ -27,8 +27,9 @@ class NodalMatrix {
   /// Sets all values to zero.
   void clear();
   /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column
-  /// (b, j), n = nodes_per_cell. Unused slots are skipped.
-  void add_batch(unsigned batch, const Lanes *K);
+  /// (b, j), n = nodes_per_cell. Unused slots are skipped. Of K, rows and columns of constraints are first reduced to the
+  /// diagonal.
+  void add_batch(unsigned batch, Lanes *K);
   /// Adds one block [i][j] between nodes a and b (cell node indices) of a slot.
   void add_block(unsigned slot, unsigned a, unsigned b, const double *block);
   /// The same between two local nodes, the first of them owned; blocks outside the pattern are left out.
@@ -53,11 +54,12 @@ class NodalMatrix {
   void add_scaled(double a, const NodalMatrix &other);
 
   // For those who keep values of the same pattern elsewhere.
-  /// Calls free(lane, node, positions) for each lane of the batch whose cell node a is owned here, or
-  /// constrained(slot, lane) when its cell has constraints. The block of cell node b starts positions[b] entries after
-  /// the begin of the node's first row.
-  template <class Free, class Constrained>
-  void visit_rows(unsigned batch, unsigned a, const Free &free, const Constrained &constrained) const;
+  /// Reduces the rows and columns of constraints in the cell matrices of a batch to the diagonal.
+  void constrain(unsigned batch, Lanes *K) const;
+  /// Calls visit(lane, node, positions) for each lane of the batch whose cell node a is owned here. The block of cell
+  /// node b starts positions[b] entries after the begin of the node's first row.
+  template <class Visit>
+  void visit_rows(unsigned batch, unsigned a, const Visit &visit) const;
   /// Offset of the block (a, b) of a slot within the first row of its node a; -1: not owned.
   int position(unsigned slot, unsigned a, unsigned b) const {
     return positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell() + b];
@@ -97,29 +99,13 @@ class NodalMatrix {
   mutable std::shared_ptr<const FactorPattern> factor_pattern_;
 };
 
-template <class Free, class Constrained>
-void NodalMatrix::visit_rows(unsigned batch, unsigned a, const Free &free, const Constrained &constrained) const {
+template <class Visit>
+void NodalMatrix::visit_rows(unsigned batch, unsigned a, const Visit &visit) const {
   for (unsigned lane = 0; lane < n_lanes; ++lane) {
     const unsigned slot = batch * n_lanes + lane;
-    if (!space_.slot_used(slot) || position(slot, a, 0) < 0)
-      continue;
-    if (slot_constrained_[slot])
-      constrained(slot, lane);
-    else
-      free(lane, space_.cell_nodes(slot)[a],
-           &positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell()]);
-  }
-}
-
-/// Adds the blocks K[(b * c + i) * c + j] of one lane between cell node a and all cell nodes b of a slot one by one.
-template <class Matrix>
-void add_constrained_row(Matrix &matrix, const LagrangeSpace &space, unsigned c, unsigned slot, unsigned a,
-                         unsigned lane, const Lanes *K) {
-  std::vector<double> block(c * c);
-  for (unsigned b = 0; b < space.nodes_per_cell(); ++b) {
-    for (unsigned k = 0; k < c * c; ++k)
-      block[k] = K[b * c * c + k][lane];
-    matrix.add_block(slot, a, b, block.data());
+    if (space_.slot_used(slot) && position(slot, a, 0) >= 0)
+      visit(lane, space_.cell_nodes(slot)[a],
+            &positions_[(std::size_t(slot) * space_.nodes_per_cell() + a) * space_.nodes_per_cell()]);
   }
 }
 

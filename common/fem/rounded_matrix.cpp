@@ -26,38 +26,24 @@ RoundedMatrix::RoundedMatrix(const NodalMatrix &matrix)
 
 void RoundedMatrix::clear() { std::fill(values_.begin(), values_.end(), 0.f); }
 
-void RoundedMatrix::add_batch(unsigned batch, const Lanes *K) {
+void RoundedMatrix::add_batch(unsigned batch, Lanes *K) {
   const LagrangeSpace &space = pattern_.space();
   const unsigned n = space.nodes_per_cell(), c = components_;
   if (c != 4)
     throw std::logic_error("only matrices of four components are assembled in single precision");
+  pattern_.constrain(batch, K);
   BatchBlocks blocks{n, 0, {}, {}, {}};
   for (unsigned a = 0; a < n; ++a) {
     const Lanes *K_a = K + a * n * c * c;
     blocks.n_used = 0;
-    pattern_.visit_rows(
-        batch, a,
-        [&](unsigned lane, unsigned node, const int *positions) {
-          const unsigned k = blocks.n_used++;
-          blocks.lane[k] = lane;
-          blocks.first[k] = values_.data() + std::size_t(begin_[node]) * c * c;
-          blocks.position[k] = positions;
-        },
-        [&](unsigned slot, unsigned lane) { add_constrained_row(*this, space, c, slot, a, lane, K_a); });
+    pattern_.visit_rows(batch, a, [&](unsigned lane, unsigned node, const int *positions) {
+      const unsigned k = blocks.n_used++;
+      blocks.lane[k] = lane;
+      blocks.first[k] = values_.data() + std::size_t(begin_[node]) * c * c;
+      blocks.position[k] = positions;
+    });
     insert_blocks(blocks, K_a);
   }
-}
-
-void RoundedMatrix::add_block(unsigned slot, unsigned a, unsigned b, const double *block) {
-  const unsigned c = components_, *nodes = pattern_.space().cell_nodes(slot);
-  const int first = pattern_.position(slot, a, b);
-  if (first < 0)
-    return;
-  float *values = values_.data() + (std::size_t(begin_[nodes[a]]) * c + first) * c;
-  for (unsigned i = 0; i < c; ++i)
-    for (unsigned j = 0; j < c; ++j)
-      if (pattern_.couples(nodes[a] * c + i, nodes[b] * c + j))
-        values[j * c + i] += float(block[i * c + j]);
 }
 
 void RoundedMatrix::add_to_diagonals(unsigned slot, unsigned a, unsigned b, unsigned n, double value) {

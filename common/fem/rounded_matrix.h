@@ -18,8 +18,7 @@ class RoundedMatrix {
   const float *values() const { return values_.data(); } ///< block after block, in the order of `pattern`
 
   void clear();
-  void add_batch(unsigned batch, const Lanes *K);                             ///< as of NodalMatrix; of four components
-  void add_block(unsigned slot, unsigned a, unsigned b, const double *block); ///< as of NodalMatrix
+  void add_batch(unsigned batch, Lanes *K); ///< as of NodalMatrix; of four components
   /// Adds a value to the first n diagonals of the block between nodes a and b (cell node indices) of a slot.
   void add_to_diagonals(unsigned slot, unsigned a, unsigned b, unsigned n, double value);
   void copy_to(NodalMatrix &matrix) const;      ///< of the same space, for those who need another form
