@@ -9,7 +9,7 @@ BlockILU::BlockILU(const RoundedMatrix &matrix)
       factors_(components_ * components_ * pattern_->columns.size() + 1),
       work_(work_length(components_) * std::size_t(pattern_->n_rows())) {
   const std::vector<float> ghost_blocks = pattern_->ghost_blocks(matrix);
-  const BlockRows rows{pattern_->n_owned_rows,   pattern_->begin.data(), pattern_->columns.data(),
+  const BlockRows rows{pattern_->n_ghosts,       pattern_->begin.data(), pattern_->columns.data(),
                        pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
   if (!factorise_blocks(rows, factors(), factors_.data()))
     throw Failure(ExitCode::not_converged, "the incomplete factorisation met a zero pivot");
@@ -17,13 +17,13 @@ BlockILU::BlockILU(const RoundedMatrix &matrix)
 
 void BlockILU::vmult(Vector &y, const Vector &x) const {
   const GhostValues ghosts(x);
-  solve_block_ilu(factors(), pattern_->n_owned_rows, x.begin(), y.begin(), work_.data());
+  solve_block_ilu(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
 void BlockILU::vmult_threefold(Vector &y, const Vector &x) const {
   const GhostValues ghosts(x);
   work_.resize(4 * std::size_t(pattern_->n_rows()));
-  solve_ilu_threefold(factors(), pattern_->n_owned_rows, x.begin(), y.begin(), work_.data());
+  solve_ilu_threefold(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
 BlockFactors BlockILU::factors() const {

@@ -23,36 +23,38 @@ HEARTBUS_INLINE Double4 load(const double *x) {
   return v;
 }
 
+/// Where the right-hand side of a row is.
+HEARTBUS_INLINE int source_of(const BlockFactors &ilu, int n_ghosts, int i) {
+  return i < n_ghosts ? ilu.n_rows - n_ghosts + i : i - n_ghosts;
+}
+
 template <unsigned b>
-HEARTBUS_INLINE void solve(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *z) {
+HEARTBUS_INLINE void solve(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
   int first = 0;
-  for (int i = 0; i < ilu.n_rows; first = ilu.end[i++]) {
-    store4(z + 4 * i, load<b>(x + b * i) - products<b>(ilu, first, ilu.end[i], z));
-  }
-  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+  for (int i = 0; i < ilu.n_rows; first = ilu.end[i++])
+    store4(z + 4 * i, load<b>(x + b * source_of(ilu, n_ghosts, i)) - products<b>(ilu, first, ilu.end[i], z));
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows - n_ghosts; first = ilu.end[row++]) {
     const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
     store4(z + 4 * i, load4(z + 4 * i) - products<b>(ilu, first, diagonal, z));
     const Double4 solution = products<b>(ilu, diagonal, diagonal + 1, z);
     store4(z + 4 * i, solution);
-    if (i < n_kept)
-      for (unsigned j = 0; j < b; ++j)
-        y[b * i + j] = solution[j];
+    for (unsigned j = 0; j < b; ++j)
+      y[b * (i - n_ghosts) + j] = solution[j];
   }
 }
 
 template <>
-HEARTBUS_INLINE void solve<1>(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *z) {
+HEARTBUS_INLINE void solve<1>(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
   const auto products = [&](int first, int last) {
     return sparse_dot(ilu.factors + first, ilu.columns + first, last - first, z);
   };
   int first = 0;
   for (int i = 0; i < ilu.n_rows; first = ilu.end[i++])
-    z[i] = x[i] - products(first, ilu.end[i]);
-  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+    z[i] = x[source_of(ilu, n_ghosts, i)] - products(first, ilu.end[i]);
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows - n_ghosts; first = ilu.end[row++]) {
     const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
-    z[i] = ilu.factors[diagonal] * (z[i] - products(first, diagonal));
+    y[i - n_ghosts] = z[i] = ilu.factors[diagonal] * (z[i] - products(first, diagonal));
   }
-  std::copy_n(z, n_kept, y);
 }
 
 } // namespace
@@ -132,7 +134,7 @@ HEARTBUS_INLINE bool factorise(const BlockRows &rows, const BlockFactors &ilu, f
   bool finite = true;
   for (int i = 0; i < n; ++i) {
     const int *columns = rows.columns + rows.begin[i], length = rows.begin[i + 1] - rows.begin[i];
-    const float *source = i < rows.n_owned ? rows.owned : rows.ghosts;
+    const float *source = i < rows.n_ghosts ? rows.ghosts : rows.owned;
     row.resize(std::max<std::size_t>(row.size(), b * length));
     for (int k = 0; k < length; ++k) {
       place[columns[k]] = k;
@@ -176,30 +178,30 @@ HEARTBUS_SIMD bool factorise_blocks(const BlockRows &rows, const BlockFactors &f
   }
 }
 
-HEARTBUS_SIMD void solve_block_ilu(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work) {
+HEARTBUS_SIMD void solve_block_ilu(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work) {
   switch (ilu.b) {
   case 1:
-    return solve<1>(ilu, n_kept, x, y, work);
+    return solve<1>(ilu, n_ghosts, x, y, work);
   case 3:
-    return solve<3>(ilu, n_kept, x, y, work);
+    return solve<3>(ilu, n_ghosts, x, y, work);
   default:
-    return solve<4>(ilu, n_kept, x, y, work);
+    return solve<4>(ilu, n_ghosts, x, y, work);
   }
 }
 
-HEARTBUS_SIMD void solve_ilu_threefold(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *z) {
+HEARTBUS_SIMD void solve_ilu_threefold(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
   const auto products = [&](int first, int last) {
     return sparse_dot_of_fours(ilu.factors + first, ilu.columns + first, last - first, z);
   };
   int first = 0;
   for (int i = 0; i < ilu.n_rows; first = ilu.end[i++])
-    store4(z + 4 * i, load<3>(x + 3 * i) - products(first, ilu.end[i]));
-  for (int row = ilu.n_rows; row < 2 * ilu.n_rows; first = ilu.end[row++]) {
+    store4(z + 4 * i, load<3>(x + 3 * source_of(ilu, n_ghosts, i)) - products(first, ilu.end[i]));
+  for (int row = ilu.n_rows; row < 2 * ilu.n_rows - n_ghosts; first = ilu.end[row++]) {
     const int i = 2 * ilu.n_rows - 1 - row, diagonal = ilu.end[row] - 1;
     const Double4 solution = double(ilu.factors[diagonal]) * (load4(z + 4 * i) - products(first, diagonal));
     store4(z + 4 * i, solution);
-    for (unsigned c = 0; c < 3 && i < n_kept; ++c)
-      y[3 * i + c] = solution[c];
+    for (unsigned c = 0; c < 3; ++c)
+      y[3 * (i - n_ghosts) + c] = solution[c];
   }
 }
 

@@ -15,7 +15,7 @@ struct BlockFactors {
 
 /// The rows of a matrix of b x b blocks that are to be factorised, each block column by column.
 struct BlockRows {
-  int n_owned;                 ///< the first rows, whose blocks are in `owned`; those of the others are in `ghosts`
+  int n_ghosts;                ///< the first rows, whose blocks are in `ghosts`; those of the others are in `owned`
   const int *begin, *columns;  ///< [n_rows + 1]; sorted within a row, with the diagonal
   const int *sources;          ///< of each block: its number in its array
   const float *owned, *ghosts; ///< and one number more, which is loaded but not used
@@ -28,10 +28,11 @@ bool factorise_blocks(const BlockRows &rows, const BlockFactors &factors, float 
 /// Numbers of a row in the work vector.
 constexpr unsigned work_length(unsigned b) { return b == 1 ? 1 : 4; }
 
-/// y = U^-1 L^-1 x, of which the first n_kept rows are written; b numbers a row. `work` holds work_length(b) numbers a row.
-void solve_block_ilu(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
+/// y = U^-1 L^-1 x but for the first n_ghosts rows, which y has not and which come last in x; b numbers a row. `work`
+/// holds work_length(b) numbers a row.
+void solve_block_ilu(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work);
 
 /// The same for three vectors side by side, x[3 i + c], and b = 1. `work` holds four numbers a row.
-void solve_ilu_threefold(const BlockFactors &ilu, int n_kept, const double *x, double *y, double *work);
+void solve_ilu_threefold(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work);
 
 } // namespace heartbus::fem

@@ -10,18 +10,25 @@
 
 namespace heartbus::fem {
 
-FactorPattern::FactorPattern(const NodalMatrix &matrix) : n_owned_rows(int(matrix.space().n_owned_nodes())) {
-  add_owned_rows(matrix);
+FactorPattern::FactorPattern(const NodalMatrix &matrix)
+    : n_ghosts(int(matrix.space().n_local_nodes() - matrix.space().n_owned_nodes())),
+      n_owned_(int(matrix.space().n_owned_nodes())) {
   add_ghost_rows(matrix);
+  add_owned_rows(matrix);
   order_factors();
+}
+
+int FactorPattern::row_of(unsigned local_node) const {
+  const int node = int(local_node);
+  return node < n_owned_ ? n_ghosts + node : node - n_owned_;
 }
 
 void FactorPattern::add_owned_rows(const NodalMatrix &matrix) {
   const int c = int(matrix.components()), *row_begin = matrix.row_begin();
   std::vector<std::pair<int, int>> row;
-  for (int node = 0, block = 0; node < n_owned_rows; ++node) {
+  for (int node = 0, block = 0; node < n_owned_; ++node) {
     for (int k = row_begin[c * node]; k < row_begin[c * node + 1]; k += c, ++block)
-      row.emplace_back(matrix.column_nodes()[block], block);
+      row.emplace_back(row_of(matrix.column_nodes()[block]), block);
     finish_row(row);
   }
 }
@@ -32,6 +39,10 @@ void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
   using Messages = std::map<unsigned, Numbers>;
   const LagrangeSpace &space = matrix.space();
   const auto partitioner = space.partitioner(1);
+  const auto first_block = [&](unsigned node) {
+    const unsigned c = matrix.components();
+    return matrix.row_begin()[c * node] / int(c * c);
+  };
   const auto exchange = [&](const Messages &messages) {
     return dealii::Utilities::MPI::some_to_some(space.communicator(), messages);
   };
@@ -45,8 +56,9 @@ void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
   for (const auto &[rank, nodes] : exchange(wanted))
     for (const auto global : nodes) {
       const unsigned node = partitioner->global_to_local(global);
-      rows[rank].insert(rows[rank].end(), {std::uint64_t(begin[node]), std::uint64_t(begin[node + 1] - begin[node])});
-      for (int block = begin[node]; block < begin[node + 1]; ++block)
+      const int first = first_block(node), last = first_block(node + 1);
+      rows[rank].insert(rows[rank].end(), {std::uint64_t(first), std::uint64_t(last - first)});
+      for (int block = first; block < last; ++block)
         rows[rank].push_back(space.global_node(matrix.column_nodes()[block]));
     }
 
@@ -59,7 +71,7 @@ void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
       for (std::size_t j = 0; j < numbers[k + 1]; ++j)
         if (const auto global = numbers[k + 2 + j];
             partitioner->in_local_range(global) || partitioner->is_ghost_entry(global)) {
-          row.emplace_back(int(partitioner->global_to_local(global)), n_received++);
+          row.emplace_back(row_of(partitioner->global_to_local(global)), n_received++);
           here.push_back(numbers[k] + j);
         }
       finish_row(row);
