@@ -166,13 +166,18 @@ HEARTBUS_INLINE void step_concentrations(const Currents<T> &I, const States<T> &
   y_np1[K_i] = y[K_i] - (dt * per_current) * (I.K1 + I.to + I.Kr + I.Ks + I.pK - 2.0 * I.NaK - i_app);
 }
 
-/// The scheme of ionic_model.h; returns I_ion(v^n, w^{n+1}, z^{n+1}).
+/// The scheme of ionic_model.h, first the gates w^{n+1} ...
 template <class T>
-HEARTBUS_INLINE T step(const CellType &cell, const T &v, const States<T> &y_n, States<T> &y_np1, double dt,
-                       double i_app = 0) {
+HEARTBUS_INLINE void step_gates(const CellType &cell, const T &v, const States<T> &y_n, States<T> &y_np1, double dt) {
   const auto gate = gates(cell, v, y_n[Ca_ss]);
   for (unsigned w = 0; w < n_gates; ++w)
     y_np1[w] = (gate[w].tau * y_n[w] + dt * gate[w].inf) / (gate[w].tau + dt);
+}
+
+/// ... then the concentrations z^{n+1}. Returns I_ion(v^n, w^{n+1}, z^{n+1}).
+template <class T>
+HEARTBUS_INLINE T finish_step(const CellType &cell, const T &v, const States<T> &y_n, States<T> &y_np1, double dt,
+                              double i_app = 0) {
   step_concentrations(currents(cell, v, y_n), y_n, y_np1, dt, i_app);
   return currents(cell, v, y_np1).sum();
 }
