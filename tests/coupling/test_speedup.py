@@ -2,6 +2,7 @@
 import importlib.machinery
 import importlib.util
 import os
+import subprocess
 import sys
 import unittest
 
@@ -41,6 +42,14 @@ class Speedup(unittest.TestCase):
         self.assertEqual(sorted(classes[1].values()), [[60], [80]])
         self.assertEqual(sorted(classes[2].values()), [[32], [43]])
         self.assertEqual(classes[1].keys(), classes[2].keys())
+
+    def test_one_rank_is_not_compared_with_itself(self):
+        run = subprocess.run([loader.path, "scene.yaml", "--ranks", "1"], stderr=subprocess.PIPE, text=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("give 2 or more", run.stderr)
+
+    def test_without_ionic_model_there_are_no_steps(self):
+        self.assertEqual(speedup.steps([other(step) for step in range(1, 50)], 2), [])
 
 
 if __name__ == "__main__":
