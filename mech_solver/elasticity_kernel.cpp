@@ -91,7 +91,7 @@ HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lane
     const Lanes J = deformation<n>(cells, q, g, F);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress(C, J, S);
-    S[0] += active_stress_ff(interpolate<n>(cells, q, cells.tension), C);
+    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], C, S);
     update(limits, J, law.exponent(C), cells.JxW[q]);
     add_forces<n>(cells, q, g, F, S, r);
   }
@@ -109,7 +109,7 @@ HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells 
     const Lanes J = deformation<n>(cells, q, g, F);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress_and_tangent(C, J, S, D);
-    add_active_stress(interpolate<n>(cells, q, cells.tension), C, S, D);
+    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], C, S, D);
     update(limits, J, law.exponent(C), cells.JxW[q]);
     elasticity_tensor(F, S, D, A);
     add_forces<n>(cells, q, g, F, S, r);
@@ -124,10 +124,12 @@ HEARTBUS_INLINE void active_force(const ElasticityCells &cells, Lanes *r) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     deformation<n>(cells, q, g, F);
-    const Lanes S = active_stress_ff(interpolate<n>(cells, q, cells.tension), right_cauchy_green(F)) * cells.JxW[q];
+    Symmetric<Lanes> S{};
+    add_active_stress(interpolate<n>(cells, q, cells.tension) * cells.JxW[q], cells.dispersion[q],
+                      right_cauchy_green(F), S);
     for (unsigned a = 0; a < n; ++a)
       for (unsigned i = 0; i < 3; ++i)
-        r[3 * a + i] += F[i][0] * S * g[a][0];
+        r[3 * a + i] += F[i][0] * S[0] * g[a][0] + F[i][2] * S[2] * g[a][2];
   }
 }
 
@@ -137,10 +139,10 @@ HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *num
     NodeVectors<n> g;
     Mat3<Lanes> F;
     deformation<n>(cells, q, g, F);
-    const Lanes I4f = fibre_stretch_squared(right_cauchy_green(F));
+    const Lanes I4 = fibre_stretch_squared(cells.dispersion[q], right_cauchy_green(F));
     for (unsigned a = 0; a < n; ++a) {
       const Lanes w = cells.shapes[q * n + a] * cells.JxW[q];
-      numerator[a] += I4f * w;
+      numerator[a] += I4 * w;
       weight[a] += w;
     }
   }

@@ -20,6 +20,7 @@ struct ElasticityCells {
   const Lanes *gradients = nullptr;    ///< [q][a][3]
   const Lanes *JxW = nullptr;          ///< [q]; cells of weight zero are left out
   const Mat3<Lanes> *frames = nullptr; ///< [q] columns f, s, n: orthonormal
+  const Lanes *dispersion = nullptr;   ///< [q] share of the fibres along n
   // fields at the nodes of the cells
   const Lanes *displacement = nullptr; ///< [a][3] [m]
   const Lanes *inertia = nullptr;      ///< [a][3] rho a [N/m^3]
@@ -49,7 +50,7 @@ void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cell
 /// of forces.
 void add_active_force(const ElasticityCells &cells, Lanes *r);
 
-/// Lumped L2 projection of I4f: numerator [a] += int I4f phi_a, weight [a] += int phi_a.
+/// Lumped L2 projection of I4: numerator [a] += int I4 phi_a, weight [a] += int phi_a.
 void add_stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight);
 
 } // namespace heartbus::mech

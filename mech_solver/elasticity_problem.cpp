@@ -198,6 +198,7 @@ ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, 
   cells.gradients = space_.gradients(batch);
   cells.JxW = &region.JxW[std::size_t(batch) * space_.n_q()];
   cells.frames = fibres_.frames(batch);
+  cells.dispersion = fibres_.dispersion(batch);
   cells.displacement = data.displacement.data();
   cells.inertia = data.inertia.data();
   cells.tension = data.tension.data();

@@ -79,6 +79,13 @@ Direction upwards(const Direction &e_t) {
   return normalised(dot(up, up) > 1e-6 ? up : reject({1, 0, 0}, e_t));
 }
 
+/// nu of the class comment; `transmural` is e_t.
+double dispersed_share(const Direction &transmural, double angle) {
+  const Direction up = reject({0, 0, 1}, transmural);
+  const double x2 = angle > 0 ? std::min(1.0, dot(up, up) / std::pow(std::sin(angle), 2)) : 1;
+  return 0.5 * (1 - x2 * (2 - x2));
+}
+
 /// Principal direction of a symmetric, positive semidefinite matrix: its powers tend to the projector on it.
 Direction principal_direction(Mat3<double> M) {
   for (unsigned squaring = 0; squaring < 8; ++squaring) {
@@ -92,7 +99,7 @@ Direction principal_direction(Mat3<double> M) {
 } // namespace
 
 Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &parameters)
-    : n_q_(space.n_q()), frames_(std::size_t(space.n_batches()) * space.n_q()) {
+    : n_q_(space.n_q()), frames_(std::size_t(space.n_batches()) * space.n_q()), dispersion_(frames_.size()) {
   if (parameters.rule == "constant")
     lay_constant(parameters);
   else
@@ -129,6 +136,7 @@ void Fibres::lay_transmural(const LagrangeSpace &space, const geometry::FibrePar
       const double theta = parameters.angle_endo * (1 - depth) + parameters.angle_epi * depth;
       set_frame(frames_[std::size_t(batch) * n_q_ + q], lane,
                 sum(scaled(std::cos(theta), e_l), scaled(std::sin(theta), e_n)), e_t);
+      dispersion_[std::size_t(batch) * n_q_ + q][lane] = dispersed_share(e_t, parameters.dispersion_angle);
     }
   }
 }

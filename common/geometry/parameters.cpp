@@ -62,6 +62,8 @@ void FibreParameters::describe(config::Section &s) {
   s.choice("rule", rule, {"transmural", "constant"}, "how fibres are laid");
   s.quantity("angle_endo", angle_endo, "rad", config::any, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", config::any, "fibre angle on the epicardium");
+  s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),
+             "where the wall's normal is closer than this to the long axis, at the apex, fibres disperse along the wall");
   s.quantities("direction", direction, "1", 3, "fibre direction of the constant rule");
   s.quantities("sheet", sheet, "1", 3, "sheet direction of the constant rule, made orthogonal to the fibre");
   const auto product = [](const std::vector<double> &a, const std::vector<double> &b) {

@@ -57,6 +57,7 @@ struct Parameters {
 struct FibreParameters {
   std::string rule = "transmural"; ///< "transmural": angles through the wall; "constant": one direction everywhere
   double angle_endo = 1.0471975511965976, angle_epi = -1.0471975511965976; ///< [rad] against the circumference
+  double dispersion_angle = 0.5235987755982988;                            ///< [rad] of "transmural", see fem::Fibres
   std::vector<double> direction{1, 0, 0};                                  ///< of "constant"
   std::vector<double> sheet{0, 0, 1};                                      ///< of "constant"; made orthogonal to it
   void describe(config::Section &section);
