@@ -1,7 +1,5 @@
 #include "mech_solver/elasticity_kernel.h"
 
-#include "mech_solver/active/active_stress.h"
-
 namespace heartbus::mech {
 
 namespace {
@@ -91,7 +89,7 @@ HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lane
     const Lanes J = deformation<n>(cells, q, g, F);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress(C, J, S);
-    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], C, S);
+    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], cells.fibres, C, S);
     update(limits, J, law.exponent(C), cells.JxW[q]);
     add_forces<n>(cells, q, g, F, S, r);
   }
@@ -109,7 +107,7 @@ HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells 
     const Lanes J = deformation<n>(cells, q, g, F);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress_and_tangent(C, J, S, D);
-    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], C, S, D);
+    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], cells.fibres, C, S, D);
     update(limits, J, law.exponent(C), cells.JxW[q]);
     elasticity_tensor(F, S, D, A);
     add_forces<n>(cells, q, g, F, S, r);
@@ -125,7 +123,7 @@ HEARTBUS_INLINE void active_force(const ElasticityCells &cells, Lanes *r) {
     Mat3<Lanes> F;
     deformation<n>(cells, q, g, F);
     Symmetric<Lanes> S{};
-    add_active_stress(interpolate<n>(cells, q, cells.tension) * cells.JxW[q], cells.dispersion[q],
+    add_active_stress(interpolate<n>(cells, q, cells.tension) * cells.JxW[q], cells.dispersion[q], cells.fibres,
                       right_cauchy_green(F), S);
     for (unsigned a = 0; a < n; ++a)
       for (unsigned i = 0; i < 3; ++i)

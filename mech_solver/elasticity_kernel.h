@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mech_solver/active/active_stress.h"
 #include "mech_solver/constitutive/guccione.h"
 #include "mech_solver/constitutive/neo_hookean.h"
 
@@ -25,7 +26,8 @@ struct ElasticityCells {
   const Lanes *displacement = nullptr; ///< [a][3] [m]
   const Lanes *inertia = nullptr;      ///< [a][3] rho a [N/m^3]
   const Lanes *tension = nullptr;      ///< [a] active tension [Pa]
-  double mass = 0;                     ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
+  ActiveFibres fibres;
+  double mass = 0; ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
 };
 
 /// The worst deformation met, by cell.

@@ -15,8 +15,8 @@ struct ElasticityProblem::CellData {
 ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
                                      const Parameters &parameters)
     : d_n(space.make_vector(3)), d_nm1(d_n), tension(space.make_vector(1)), load(d_n), space_(space), fibres_(fibres),
-      solver_(parameters.solver), density_(parameters.density), pericardium_(space, parameters.pericardium),
-      inertia_(d_n), velocity_(d_n), tangent_(space, 3) {
+      solver_(parameters.solver), density_(parameters.density), active_fibres_{parameters.active.sarcomere_length},
+      pericardium_(space, parameters.pericardium), inertia_(d_n), velocity_(d_n), tangent_(space, 3) {
   make_regions(parameters);
   constrain(parameters);
   // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
@@ -199,6 +199,7 @@ ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, 
   cells.JxW = &region.JxW[std::size_t(batch) * space_.n_q()];
   cells.frames = fibres_.frames(batch);
   cells.dispersion = fibres_.dispersion(batch);
+  cells.fibres = active_fibres_;
   cells.displacement = data.displacement.data();
   cells.inertia = data.inertia.data();
   cells.tension = data.tension.data();

@@ -93,6 +93,7 @@ class ElasticityProblem {
   const fem::Fibres &fibres_;
   const SolverParameters solver_;
   const double density_;
+  const ActiveFibres active_fibres_;
   std::vector<Region> regions_;
   Pericardium pericardium_;
   std::vector<FollowerPressure> interface_, end_; ///< one each, or none

@@ -9,32 +9,66 @@ namespace heartbus::mech {
 ///
 ///     P_act = T F f0 x f0 / sqrt(I4f),  I4f = |F f0|^2,   i.e.  S_act = T / sqrt(I4f) f0 x f0,
 ///
-/// so T is the nominal stress in the fibre direction. Of dispersed fibres a share nu lies along n0 (fem::Fibres):
+/// so T is the nominal stress in the fibre direction. Of dispersed fibres a share nu lies along n0 (fem::Fibres), and
+/// fibres shorter than the force model knows pull less, by `overlap` O:
 ///
-///     S_act = T [(1 - nu) f0 x f0 / sqrt(I4f) + nu n0 x n0 / sqrt(I4n)],   I4 = (1 - nu) I4f + nu I4n.
+///     S_act = T O(SL) / lambda H,   H = (1 - nu) f0 x f0 + nu n0 x n0,   lambda^2 = I4 = H : C,   SL = SL0 lambda.
 ///
-/// In the fibre frame f0 is the first axis, n0 the third, I4f = C_ff, I4n = C_nn. T does not depend on the unknown
-/// deformation: the force model saw the stretch of the last step.
+/// In the fibre frame f0 is the first axis and n0 the third. T does not depend on the unknown deformation: the force
+/// model saw the stretch of the last step. O does, so that what it takes away is as stable as a passive stress.
+struct ActiveFibres {
+  double sarcomere_length = 2.2; ///< SL0, at rest [um]
+};
+
+/// Share of the cross-bridges that still have actin of one polarity to bind to in sarcomeres shorter than 1.7 um, where
+/// the networks of the RDQ18 model were trained no further, relative to 1.7 um. It is the single overlap of that
+/// model's own filaments (Regazzoni, Dede', Quarteroni 2018, doi:10.1007/s10237-018-1049-0; actin L_A = 1.2, myosin L_M
+/// = 1.65, bare zone L_B = 0.1 um),
+///
+///     chi(SL) = 2 (SL - L_A) / (L_M - L_B)  from L_A to L_M,   (SL + L_M - 2 L_A) / (L_M - L_B)  from there on,
+///
+/// O = chi(SL) / chi(1.7) between 0 and 1. `slope` is dO/dSL [1/um].
+template <class T>
+HEARTBUS_INLINE T overlap(const T &SL, T &slope) {
+  constexpr double L_A = 1.2, L_M = 1.65, shortest = 1.7, full = shortest + L_M - 2 * L_A;
+  const T none = 0.0 * SL, one = none + 1.0;
+  slope = SL < L_A ? none : SL < L_M ? none + 2 / full : SL < shortest ? none + 1 / full : none;
+  return SL < L_A        ? none
+         : SL < L_M      ? T(2 / full * (SL - L_A))
+         : SL < shortest ? T(1 / full * (SL + L_M - 2 * L_A))
+                         : one;
+}
+
 template <class T>
 HEARTBUS_INLINE T fibre_stretch_squared(const T &nu, const Symmetric<T> &C) {
   return C[0] + nu * (C[2] - C[0]);
 }
 
 template <class T>
-HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const Symmetric<T> &C, Symmetric<T> &S) {
-  S[0] += (1.0 - nu) * tension / sqrt(C[0]);
-  S[2] += nu * tension / sqrt(C[2]);
+HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const ActiveFibres &fibres, const Symmetric<T> &C,
+                                       Symmetric<T> &S) {
+  const T lambda = sqrt(fibre_stretch_squared(nu, C));
+  T slope;
+  const T stress = tension * overlap(T(fibres.sarcomere_length * lambda), slope) / lambda;
+  S[0] += (1.0 - nu) * stress;
+  S[2] += nu * stress;
 }
 
-/// dS_ff/dE_ff = -T (1 - nu) I4f^{-3/2}, dS_nn/dE_nn likewise.
+/// D = T (SL0 O' - O / lambda) / lambda^2 H x H.
 template <class T>
-HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const Symmetric<T> &C, Symmetric<T> &S,
-                                       Tangent<T> &D) {
-  const T f = (1.0 - nu) * tension / sqrt(C[0]), n = nu * tension / sqrt(C[2]);
-  S[0] += f;
-  S[2] += n;
-  D[0][0] -= f / C[0];
-  D[2][2] -= n / C[2];
+HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const ActiveFibres &fibres, const Symmetric<T> &C,
+                                       Symmetric<T> &S, Tangent<T> &D) {
+  const T I4 = fibre_stretch_squared(nu, C), lambda = sqrt(I4);
+  T slope;
+  const T O = overlap(T(fibres.sarcomere_length * lambda), slope);
+  const T stress = tension * O / lambda, modulus = tension * (fibres.sarcomere_length * slope - O / lambda) / I4;
+  const T f = 1.0 - nu;
+  S[0] += f * stress;
+  S[2] += nu * stress;
+  D[0][0] += f * f * modulus;
+  D[2][2] += nu * nu * modulus;
+  D[0][2] += f * nu * modulus;
+  D[2][0] += f * nu * modulus;
 }
 
 } // namespace heartbus::mech
