@@ -13,7 +13,7 @@ struct ValveRules {
   double mitral_pressure = 1333;  ///< p_MV, upstream of the mitral valve [Pa]
   double aortic_pressure = 9000;  ///< p_AV0, downstream of the aortic valve at rest [Pa]
   double hysteresis = 10;         ///< a closed valve opens only beyond this excess of pressure [Pa]
-  double blanking = 5e-3;         ///< no switch so soon after another one [s]
+  double blanking = 0;            ///< no switch so soon after another one [s]
   double mitral_guard = 20e-3;    ///< the mitral valve stays closed so long after the start [s]
 };
 
