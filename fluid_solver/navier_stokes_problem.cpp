@@ -435,7 +435,8 @@ NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_veloc
 }
 
 Inflow NavierStokesProblem::inflow(const Orifice &orifice) const {
-  const auto here = orifice.surface.inflow(x_);
+  const auto [flow, power] = orifice.surface.inflow(x_);
+  const double here[] = {flow, power};
   double sums[2];
   dealii::Utilities::MPI::sum(here, space_.communicator(), sums);
   return {sums[0], parameters_.density * sums[1]};

@@ -44,7 +44,16 @@ TEST_F(Script, OpensOnlyBeyondTheHysteresis) {
   EXPECT_TRUE(valves.update(0.1, rules.mitral_pressure - 10.1, 0, 0));
 }
 
+TEST_F(Script, WithoutBlankingSwitchesAsSoonAsItsRuleSays) {
+  EXPECT_EQ(rules.blanking, 0) << "as in the paper";
+  ASSERT_TRUE(valves.update(0.1, 9011, 0, 0));
+  EXPECT_FALSE(valves.update(0.1002, 8950, 0, 1e-9)) << "it flows outwards";
+  EXPECT_TRUE(valves.update(0.1004, 8950, 0, 0)) << "it does not";
+}
+
 TEST_F(Script, DoesNotSwitchTwiceWithinTheBlankingTime) {
+  rules.blanking = 5e-3;
+  Valves valves(rules);
   ASSERT_TRUE(valves.update(0.1, 9011, 0, 0));
   EXPECT_FALSE(valves.update(0.1049, 8000, 0, -flow));
   EXPECT_TRUE(valves.update(0.1051, 8000, 0, -flow));
