@@ -134,8 +134,9 @@ TEST(FluidSolver, AValveThatOpensLetsNothingBack) {
   Ventricle lv;
   for (int n = 1; n <= 60; ++n) {
     lv.advance(9000 + 10 * n);
-    if (lv.bus.states.at("phase")() == fluid::Valves::ejection)
+    if (lv.bus.states.at("phase")() == fluid::Valves::ejection) {
       EXPECT_GT(lv.value("aortic_flow"), 0) << "step " << n;
+    }
   }
   EXPECT_EQ(lv.bus.states.at("phase")(), fluid::Valves::ejection);
 }

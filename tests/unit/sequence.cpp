@@ -171,8 +171,9 @@ TEST(Sequence, WhatTheWallHoldsIsSentOnceAndOnlyIfBothKnowOfIt) {
     const std::string text = to_text(cast(scheme(name, 2), participants));
     EXPECT_NE(text.find("\n  once:  held mech->fluid; hold fluid\n  start: inflate mech"), std::string::npos) << text;
     EXPECT_EQ(count(text, "held mech->fluid"), 1) << text;
-    if (name != std::string("EFS1-corrected"))
+    if (name != std::string("EFS1-corrected")) {
       EXPECT_EQ(complaint(scheme(name, 2), participants), "");
+    }
   }
 }
 
