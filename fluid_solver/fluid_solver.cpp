@@ -33,7 +33,7 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
     if (on[node])
       interface_nodes_.push_back(node);
   wall_velocity_.resize(3 * interface_nodes_.size());
-  wall_force_ = blood_force_ = wall_velocity_;
+  wall_force_ = blood_force_ = held_ = wall_velocity_;
 }
 
 void FluidSolver::couple(const CouplingParameters &coupling) {
@@ -59,9 +59,11 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.point_set("cavity", fem::owned_points(space_), spacing);
   bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
   bus.input("mesh_motion", "cavity", 3, "m", mesh_motion_);
+  bus.input("held", "interface", 3, "1", held_);
   bus.input("wall_velocity", "interface", 3, "m/s", wall_velocity_);
   bus.input("wall_force", "interface", 3, "N", wall_force_);
   bus.output("blood_force", "interface", 3, "N", "n+1", blood_force_);
+  bus.task("hold", [this](const bus::Step &) { hold(); });
   bus.task("start", [this](const bus::Step &) { start(); });
   bus.task("budget", [this](const bus::Step &) { budget(on_interface(wall_velocity_)); });
   bus.scalar("volume", "m^3", [this] { return problem_.volume(); });
@@ -107,6 +109,8 @@ void FluidSolver::start() {
     write(0);
 }
 
+void FluidSolver::hold() { problem_.hold(on_interface(held_)); }
+
 /// The same value at all nodes of the interface, of which this rank may have none.
 double FluidSolver::uniform_value(const std::vector<double> &values) const {
   const bool here = !values.empty();
@@ -125,6 +129,7 @@ void FluidSolver::begin_probe() {
   parameters.initial_pressure = 0;
   parameters.tolerance = std::max(parameters.tolerance, 1e-4);
   blood_at_rest_ = std::make_unique<NavierStokesProblem>(space_, parameters, 0, dt_);
+  blood_at_rest_->hold(on_interface(held_));
   if (!coupling_->repeats())
     blood_at_rest_->take_alternating_motion();
   if (valves_) {
@@ -196,17 +201,44 @@ void FluidSolver::budget(const Vector &wall_velocity) { budget_ = problem_.budge
 bool FluidSolver::isovolumetric() const { return !inlet_ && (!valves_ || !(mitral_->open || aortic_->open)); }
 
 void FluidSolver::refuse_instability(const bus::Step &step) {
-  const double alpha = problem_.alpha(), limit = uniform_value(alpha_limit_); // 0: not estimated since a restart
-  if (!watch_.add(budget_.disagreement, budget_.datum_residual, limit > 0 && alpha > 10 * limit))
+  Runaway seen;
+  seen.alpha = problem_.alpha();
+  seen.alpha_limit = uniform_value(alpha_limit_);
+  if (!watch_.add(budget_.disagreement, budget_.datum_residual,
+                  seen.alpha_limit > 0 && seen.alpha > 10 * seen.alpha_limit, budget_.alternation))
     return;
-  throw Failure(
-      ExitCode::not_converged,
-      fmt::format("t = {:.4f} s: the coupling is unstable: blood and wall disagree by {:.0f} Pa, and more from "
-                  "step to step; coupling.alpha is {:.0f} kg/(m^2 s){}: write 'alpha: {:.0f} kg/(m^2 s)'{}",
-                  step.time, budget_.disagreement, alpha,
-                  limit > 0 ? fmt::format(", wall and blood allow {:.0f}", limit) : "",
-                  limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha,
-                  coupling_->automatic_alpha ? "" : " or 'alpha: auto'"));
+  if (const Orifice *entry = mitral_ ? mitral_ : inlet_; entry && entry->open)
+    refuse_runaway_inflow(step, *entry, true);
+  seen.disagreement = budget_.disagreement;
+  seen.alternates = watch_.alternates();
+  seen.iterates = coupling_->repeats();
+  seen.automatic_alpha = coupling_->automatic_alpha;
+  seen.pressure = problem_.mean_pressure();
+  throw Failure(ExitCode::not_converged, fmt::format("t = {:.4f} s: {}", step.time, explanation(seen)));
+}
+
+/// `is_lost`: something else is about to end the run.
+void FluidSolver::refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost) {
+  const Inflow inflow = problem_.inflow(orifice);
+  if (inflow_watch_.is_runaway(inflow.energy()) || (is_lost && inflow_watch_.is_suspect(inflow.energy())))
+    throw Failure(ExitCode::not_converged,
+                  fmt::format("t = {:.4f} s: {}", step.time,
+                              explanation(orifice.label, inflow, inflow_watch_.push(), parameters_.backflow)));
+}
+
+/// Cheaply in nearly all steps: what the mean velocity brings, which costs no sum over the ranks, decides whether to look.
+void FluidSolver::watch_inflow(const bus::Step &step) {
+  const Orifice *entry = mitral_ ? mitral_ : inlet_;
+  if (!entry)
+    return;
+  if (!entry->open) {
+    inflow_watch_.reset();
+    return;
+  }
+  inflow_watch_.add(entry->pressure - problem_.mean_pressure());
+  const double flow = mitral_ ? mitral_flow_ : -(entry->flux * problem_.state()), velocity = flow / entry->area;
+  if (flow > 0 && inflow_watch_.is_suspect(parameters_.density / 2 * velocity * velocity))
+    refuse_runaway_inflow(step, *entry, false);
 }
 
 void FluidSolver::commit_step(const bus::Step &step) {
@@ -217,6 +249,7 @@ void FluidSolver::commit_step(const bus::Step &step) {
     mitral_flow_ = mitral_->open ? -(mitral_->flux * problem_.state()) : 0;
     aortic_flow_ = aortic_->open ? aortic_->flux * problem_.state() : 0;
   }
+  watch_inflow(step);
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
 }

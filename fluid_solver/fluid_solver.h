@@ -4,6 +4,7 @@
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
+#include "fluid_solver/inflow_watch.h"
 #include "fluid_solver/instability_watch.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fluid_solver/valves.h"
@@ -53,10 +54,13 @@ class FluidSolver : public bus::Solver {
   /// Robin term and other loads, in the cavity as it is, valves included. Which F: mech_solver/interface_impedance.h.
   void probe(const bus::Step &step);
   void begin_probe();
+  void hold(); ///< what the wall holds
   void correct();
   bool isovolumetric() const;
   void declare_coupling(bus::Declaration &declaration);
   void refuse_instability(const bus::Step &step);
+  void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
+  void watch_inflow(const bus::Step &step);
   void switch_valves(double time);
   void show_valves(); ///< to the problem
   void visit(io::State &state);
@@ -77,6 +81,7 @@ class FluidSolver : public bus::Solver {
   std::vector<unsigned> interface_nodes_; ///< owned
   // what the bus reads and fills
   std::vector<double> mesh_motion_, wall_velocity_, wall_force_, blood_force_;
+  std::vector<double> held_; ///< 1 at degrees of freedom of the wall that cannot move; a wall that does not say: 0
   std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
   std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
   fem::LinearStatistics statistics_;
@@ -85,6 +90,7 @@ class FluidSolver : public bus::Solver {
   std::optional<CouplingParameters> coupling_;         ///< with a wall in another participant
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InstabilityWatch watch_;
+  InflowWatch inflow_watch_; ///< of the mitral valve, or the inlet
   int coupling_iterations_ = 0; ///< of the last step
 
   OutputParameters output_;

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <deque>
+#include <string>
 
 namespace heartbus::fluid {
 
 /// Recognises that the coupling runs away. What blood and wall disagree by at the end of a step, alpha |u - v|, is a
 /// pressure that the next step has to make up for. The pressure in a beating heart changes by 3e5 Pa/s; a valve that
-/// switches makes a jump of one step. An instability instead asks for more step after step: it is recognised when six
+/// switches makes a jump of one step. A run that fails instead asks for more step after step: it is recognised when six
 /// steps in a row disagree by more than 1e6 Pa/s and the last three twice as much as those before, or all by 1e7 Pa/s;
 /// and at once, before the wall is torn, when a step disagrees by 1e7 Pa/s and by ten times the last Robin datum.
 ///
@@ -19,28 +20,56 @@ class InstabilityWatch {
  public:
   explicit InstabilityWatch(double dt) : large_(1e6 * dt), huge_(1e7 * dt) {}
 
-  /// One more step: its disagreement [Pa], the same relative to the datum, whether it is one of Dirichlet-Neumann.
-  /// True: the coupling is unstable.
-  bool add(double disagreement, double datum_residual = 0, bool dirichlet = false) {
+  /// One more step: its disagreement [Pa], the same relative to the datum, whether it is one of Dirichlet-Neumann, and
+  /// the cosine of the angle between u - v and that of the step before. True: blood and wall run away from each other.
+  bool add(double disagreement, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
+    last_.push_back({disagreement, cosine});
+    if (last_.size() > n_steps)
+      last_.pop_front();
+    larger_than_datum_ = datum_residual > 1 ? larger_than_datum_ + 1 : 0;
     if (disagreement > huge_ && datum_residual > 10)
       return true;
-    larger_than_datum_ = datum_residual > 1 ? larger_than_datum_ + 1 : 0;
-    last_.push_back(disagreement);
-    if (last_.size() > 6)
-      last_.pop_front();
-    const auto lowest = *std::min_element(last_.begin(), last_.end());
-    if (last_.size() < 6 || !(lowest > large_))
+    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->disagreement;
+    if (last_.size() < n_steps || !(lowest > large_))
       return false;
     const bool grows = largest(3, 6) > 2 * largest(0, 3);
     return dirichlet ? (grows && larger_than_datum_ > 0) || larger_than_datum_ >= 6 : grows || lowest > huge_;
   }
 
- private:
-  double largest(int first, int end) const { return *std::max_element(last_.begin() + first, last_.begin() + end); }
+  /// Whether u - v has turned round in most of the last steps, as it does where alpha is too large for a scheme without
+  /// iterations: v is then more than opposed to what the blood was told.
+  bool alternates() const {
+    const auto turns = std::count_if(last_.begin(), last_.end(), [](const Step &step) { return step.cosine < -0.5; });
+    return 2 * std::size_t(turns) > last_.size();
+  }
 
+ private:
+  struct Step {
+    double disagreement, cosine;
+  };
+  static bool smaller(const Step &a, const Step &b) { return a.disagreement < b.disagreement; }
+  double largest(int first, int end) const {
+    return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->disagreement;
+  }
+
+  static constexpr std::size_t n_steps = 6;
   double large_, huge_;
-  std::deque<double> last_;
+  std::deque<Step> last_;
   int larger_than_datum_ = 0; ///< steps in a row
 };
+
+/// What is known when a coupling runs away.
+struct Runaway {
+  double disagreement = 0;            ///< [Pa]
+  double alpha = 0, alpha_limit = 0;  ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
+  bool alternates = false;            ///< the disagreement changes its sign from step to step
+  bool iterates = false;              ///< blood and wall are solved more than once a step
+  bool automatic_alpha = false;
+  double pressure = 0;                ///< mean of the blood [Pa]
+};
+
+/// What is seen, and what may help: alpha where it is above its limit or the disagreement alternates. The limit of
+/// iterations lies up to half above the border (docs/schemes.md), and they need not alternate.
+std::string explanation(const Runaway &seen);
 
 } // namespace heartbus::fluid

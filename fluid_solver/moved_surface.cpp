@@ -49,6 +49,21 @@ std::vector<double> MovedSurface::fluxes(const fem::Vector &u) const {
   return fluxes;
 }
 
+std::array<double, 2> MovedSurface::inflow(const fem::Vector &u) const {
+  std::array<double, 2> sum{};
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned q = 0; q < faces_.n_q && faces_.owned[f]; ++q) {
+      geometry::Point3 value{};
+      for (unsigned k = 0; k < faces_.nodes_per_face; ++k)
+        for (unsigned i = 0; i < 3; ++i)
+          value[i] += shape(f, q, k) * u.begin()[4 * node(f, k) + i];
+      const double flux = std::max(0., -fem::dot(value, area_vectors_[f * faces_.n_q + q]));
+      sum[0] += flux;
+      sum[1] += flux * fem::dot(value, value) / 2;
+    }
+  return sum;
+}
+
 fem::Vector MovedSurface::flux_functional() const {
   fem::Vector c = space_.make_vector(4);
   for (unsigned f = 0; f < faces_.n_faces; ++f)

@@ -4,6 +4,7 @@
 #include "common/fem/lagrange_space.h"
 #include "common/fem/rounded_matrix.h"
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ class MovedSurface {
   /// |n da| at each quadrature point, and u.n da; both [f][q] with the quadrature weight.
   std::vector<double> areas() const;
   std::vector<double> fluxes(const fem::Vector &u) const;
+
+  /// int |u.n| and int |u|^2 |u.n| / 2 where u points inwards, over the faces of this rank's cells; ghosts of u valid.
+  std::array<double, 2> inflow(const fem::Vector &u) const;
 
   /// c.u = int u.n for every u: the entries of this rank's nodes.
   fem::Vector flux_functional() const;

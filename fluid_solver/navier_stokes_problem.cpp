@@ -5,6 +5,7 @@
 #include "fluid_solver/block_preconditioner.h"
 
 #include <numeric>
+#include <utility>
 
 namespace heartbus::fluid {
 
@@ -60,7 +61,7 @@ NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const 
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), alpha_(alpha), dt_(dt),
       unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_),
       x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_), x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_),
-      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_) {
+      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_), jump_(x_nm1_), jump_n_(x_nm1_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))
@@ -69,7 +70,12 @@ NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const 
 
 Orifice &NavierStokesProblem::add_orifice(const std::string &label, double pressure, double resistance) {
   orifices_.push_back(std::make_unique<Orifice>(space_, label, pressure, resistance));
-  return *orifices_.back();
+  Orifice &orifice = *orifices_.back();
+  Vector at_rest = space_.make_vector(3);
+  at_rest.update_ghost_values();
+  orifice.surface.move(at_rest);
+  orifice.area = dealii::Utilities::MPI::sum(orifice.surface.owned_sum(orifice.surface.areas()), space_.communicator());
+  return orifice;
 }
 
 void NavierStokesProblem::start(const Vector &motion) {
@@ -122,8 +128,11 @@ void NavierStokesProblem::prepare(const Vector &motion) {
   A_.vmult(guess_load_, guess_);
 }
 
-void NavierStokesProblem::constrain(const fem::Constraints &constrained) {
-  constrained_by_others_ = constrained;
+void NavierStokesProblem::hold(const Vector &held) {
+  const fem::GhostValues ghosts(held);
+  held_by_the_wall_.resize(4 * space_.n_local_nodes());
+  for (std::size_t k = 0; k < held_by_the_wall_.size(); ++k)
+    held_by_the_wall_[k] = held.begin()[k] != 0;
   constrained_.clear(); // to be made anew
 }
 
@@ -134,14 +143,12 @@ void NavierStokesProblem::update_constraints() {
   if (!constrained_.empty() && open == orifices_open_)
     return;
   orifices_open_ = open;
-  constrained_ = constrained_by_others_;
+  constrained_ = held_by_the_wall_;
   constrained_.resize(4 * space_.n_local_nodes(), 0);
   for (const auto &label : parameters_.no_slip)
     fem::fix_vector(space_, 4, label, constrained_);
   for (const auto &label : parameters_.slip)
     fem::fix_normal(space_, 4, label, constrained_);
-  for (const auto &label : parameters_.clamped_rims)
-    fem::fix_rim(space_, 4, label, "interface", constrained_);
   for (const auto &orifice : orifices_)
     if (!orifice->open)
       fem::fix_vector(space_, 4, orifice->label, constrained_);
@@ -359,6 +366,8 @@ void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
 }
 
 void NavierStokesProblem::commit() {
+  jump_n_.swap(jump_);
+  jump_power_n_ = std::exchange(jump_power_, 0);
   fem::copy_owned(x_nm1_, x_nm2_);
   fem::copy_owned(x_n_, x_nm1_);
   fem::copy_owned(x_, x_n_);
@@ -397,28 +406,40 @@ Vector NavierStokesProblem::unit_pressure_force() const {
   return b;
 }
 
-NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_velocity) const {
+NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_velocity) {
   Budget budget;
   if (!interface_)
     return budget;
-  Vector jump = space_.make_vector(4), datum_change(jump); // off the interface nothing reads the jump
-  fem::copy_owned(x_, jump);
-  jump -= wall_velocity;
-  jump.update_ghost_values();
-  interface_->apply_mass(interface_masses_, jump, datum_change);
+  Vector datum_change = space_.make_vector(4);
+  fem::copy_owned(x_, jump_); // off the interface nothing reads it
+  jump_ -= wall_velocity;
+  jump_.update_ghost_values();
+  interface_->apply_mass(interface_masses_, jump_, datum_change);
   fem::zero_constrained(datum_change, constrained_);
-  const double terms[] = {owned_dot(interface_flux_, jump), owned_dot(force_, jump),
-                          owned_dot(datum_change, jump),    owned_dot(datum_change, datum_change),
-                          owned_dot(datum_, datum_),        interface_area_};
-  double sums[6];
+  const double terms[] = {owned_dot(interface_flux_, jump_),      owned_dot(force_, jump_),
+                          owned_dot(datum_change, jump_),         owned_dot(datum_change, jump_n_),
+                          owned_dot(datum_change, datum_change), owned_dot(datum_, datum_),
+                          interface_area_};
+  double sums[7];
   dealii::Utilities::MPI::sum(terms, space_.communicator(), sums);
-  const auto [defect, power, work, change, datum, area] = sums;
+  const auto [defect, power, work, work_n, change, datum, area] = sums;
+  jump_power_ = work;
   budget.volume_defect = defect;
   budget.power = power;
   budget.disagreement = std::sqrt(alpha_ * std::abs(work) / area);
   if (datum > 0)
     budget.datum_residual = std::sqrt(change / datum);
+  if (work > 0 && jump_power_n_ > 0)
+    budget.alternation = work_n / std::sqrt(work * jump_power_n_);
   return budget;
+}
+
+Inflow NavierStokesProblem::inflow(const Orifice &orifice) const {
+  const auto [flow, power] = orifice.surface.inflow(x_);
+  const double here[] = {flow, power};
+  double sums[2];
+  dealii::Utilities::MPI::sum(here, space_.communicator(), sums);
+  return {sums[0], parameters_.density * sums[1]};
 }
 
 void NavierStokesProblem::update_averages() {

@@ -7,6 +7,7 @@
 #include "common/fem/linear_solver.h"
 #include "common/fem/rounded_matrix.h"
 #include "common/io/state.h"
+#include "fluid_solver/inflow_watch.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/navier_stokes_kernel.h"
 #include "fluid_solver/parameters.h"
@@ -27,6 +28,7 @@ struct Orifice {
   double pressure, resistance;
   bool open = false;
   MovedSurface surface;
+  double area = 0; ///< at rest
   fem::Vector flux; ///< of the moved surface: flux * u = int u.n
 };
 
@@ -52,6 +54,8 @@ class NavierStokesProblem {
   /// Without an old state, u^n = 0: the operator of motions that alternate from step to step, u^n = -u^{n+1}.
   void take_alternating_motion() { inertia_ = 2; }
 
+  /// Holds the velocities whose entries are not zero, as the wall does, whatever is open: those of the rim. Collective.
+  void hold(const fem::Vector &held);
   /// Adds a valve or an opening; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
 
@@ -87,8 +91,6 @@ class NavierStokesProblem {
   // For those who solve more than the fluid: the step is a linear system A (x - guess) = -residual(guess) in between.
   const fem::Vector &guess() const { return guess_; }
   const std::vector<bool> &open_orifices() const { return orifices_open_; }
-  /// Holds these velocities, too.
-  void constrain(const fem::Constraints &constrained);
   /// r = all terms but the wall's at the state x.
   void residual(const fem::Vector &x, fem::Vector &r) const;
   /// y = A x, with the resistances of open orifices.
@@ -106,8 +108,11 @@ class NavierStokesProblem {
     double power = 0;          ///< L.(u - v) [W]
     double disagreement = 0;   ///< alpha |u - v|, root mean square [Pa]
     double datum_residual = 0; ///< |g' - g| / |g| with the last datum g and the next, g' = alpha M v - L
+    double alternation = 0;    ///< cosine, in M, of the angle between u - v and that of the step before; -1: it alternates
   };
-  Budget budget(const fem::Vector &wall_velocity) const;
+  Budget budget(const fem::Vector &wall_velocity);
+  /// Through an open orifice, of the latest solution; one sum over the ranks.
+  Inflow inflow(const Orifice &orifice) const;
   double volume() const { return volume_; }               ///< of the moved fluid domain [m^3]
   double mean_pressure() const { return mean_pressure_; } ///< over the moved domain, of the latest solution [Pa]
   /// -a_f(u, p; w) of the new state, evaluated afresh: on interface test functions it must equal blood_force().
@@ -141,7 +146,7 @@ class NavierStokesProblem {
   fem::Vector interface_flux_;           // interface_flux_ * u = int u.n
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
-  fem::Constraints constrained_, constrained_by_others_;
+  fem::Constraints constrained_, held_by_the_wall_;
   fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
   fem::RoundedMatrix A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
@@ -155,6 +160,8 @@ class NavierStokesProblem {
   fem::Vector residual_;          // of the guess, all terms but the wall's
   fem::Vector guess_load_;        // A guess
   fem::Vector datum_, force_;     // of the Robin condition: alpha M v* - W*, but for acceleration; L
+  fem::Vector jump_, jump_n_;     // u - v of the last budget, and the one before the last commit
+  double jump_power_ = 0, jump_power_n_ = 0; // alpha M u - v on itself
   fem::Anderson<fem::Vector> anderson_{0};
   double volume_ = 0, mean_pressure_ = 0;
 };

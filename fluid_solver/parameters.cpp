@@ -23,8 +23,6 @@ void Parameters::describe(config::Section &s) {
   s.quantity("initial_pressure", initial_pressure, "Pa", config::any, "pressure at the start");
   s.texts("no_slip", no_slip, "boundary labels where the blood is at rest; closed valves join them");
   s.texts("slip", slip, "flat boundary labels, each normal to a coordinate axis, along which the blood slides");
-  s.texts("clamped_rims", clamped_rims,
-          "open boundary labels where the wall is clamped: blood is at rest where they meet the interface");
   inlet.describe(s.section("inlet", "an opening with a pulse of pressure"));
   s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", config::any, "atrial pressure at the open mitral valve");
   s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", config::any, "pressure of the aorta without flow");

@@ -24,7 +24,7 @@ struct Parameters {
   double aortic_resistance = 1.3e7; ///< R_AV [kg/(s m^4)]
   ValveRules valves;                ///< with p_MV and p_AV0
   double backflow = 1;              ///< beta of the stabilisation of inflow through open boundaries
-  std::vector<std::string> no_slip{"base"}, slip, clamped_rims;
+  std::vector<std::string> no_slip{"base"}, slip;
   InletParameters inlet;
   double tolerance = 1e-7; ///< of the linear solver, relative to all loads
   std::string preconditioner = "ilu";

@@ -23,8 +23,10 @@ std::optional<std::string> Valves::update(double t, double pressure, double mitr
   if (t - last_switch_ < rules_.blanking)
     return {};
   const auto reason = decide(t, pressure, mitral_flow, aortic_flow);
-  if (reason)
+  if (reason) {
     last_switch_ = t;
+    has_flowed_ = false;
+  }
   return reason;
 }
 
@@ -33,19 +35,27 @@ void Valves::visit(io::State &state) {
   state.number("phase", phase);
   phase_ = static_cast<Phase>(static_cast<int>(phase));
   state.number("last_switch", last_switch_);
+  double has_flowed = has_flowed_;
+  state.number("has_flowed", has_flowed);
+  has_flowed_ = has_flowed != 0;
+}
+
+bool Valves::closes(double flow, double excess) {
+  has_flowed_ = has_flowed_ || flow > 0;
+  return flow <= 0 && (has_flowed_ || excess <= 0);
 }
 
 /// Both valves are never open at once: an open one must close before the other may open.
 std::optional<std::string> Valves::decide(double t, double pressure, double mitral_flow, double aortic_flow) {
   if (phase_ == ejection) {
-    if (aortic_flow > 0)
+    if (!closes(aortic_flow, pressure - rules_.aortic_pressure))
       return {};
     phase_ = isovolumetric_relaxation;
     return sentence("aortic valve closes: its flow %.3g mL/s is not outwards (pressure %.5g Pa)", 1e6 * aortic_flow,
                     pressure);
   }
   if (phase_ == filling) {
-    if (mitral_flow > 0)
+    if (!closes(mitral_flow, rules_.mitral_pressure - pressure))
       return {};
     phase_ = diastasis;
     return sentence("mitral valve closes: its flow %.3g mL/s is not inwards (pressure %.5g Pa)", 1e6 * mitral_flow,

@@ -11,16 +11,12 @@ namespace {
 constexpr double linear_tolerance = 1e-2;
 
 /// The solid's constraints on the interface, as the fluid numbers its degrees of freedom.
-fem::Constraints held_by_the_wall(const MergedSpace &space, const fem::Constraints &held) {
+Vector held_by_the_wall(const MergedSpace &space, const fem::Constraints &held) {
   Vector wall = space.solid().make_vector(3), blood = space.fluid().make_vector(4);
   for (unsigned k = 0; k < wall.locally_owned_size(); ++k)
     wall.local_element(k) = held[k];
   space.add_force(wall, blood);
-  blood.update_ghost_values();
-  fem::Constraints constraints(4 * space.fluid().n_local_nodes());
-  for (unsigned k = 0; k < constraints.size(); ++k)
-    constraints[k] = blood.begin()[k] > 0.5;
-  return constraints;
+  return blood;
 }
 
 } // namespace
@@ -29,7 +25,7 @@ FsiProblem::FsiProblem(fluid::NavierStokesProblem &fluid, mech::ElasticityProble
     : fluid_(fluid), solid_(solid), dt_(dt), space_(fluid.space(), solid.space()), interface_blocks_(space_),
       preconditioner_(space_, interface_blocks_, fluid, solid, dt), newton_settings_(solid.newton_settings()),
       x_f_(fluid.space().make_vector(4)), y_f_(x_f_), d_(solid.space().make_vector(3)), y_s_(d_), force_(x_f_) {
-  fluid_.constrain(held_by_the_wall(space_, solid.constrained()));
+  fluid_.hold(held_by_the_wall(space_, solid.constrained()));
 }
 
 fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {

@@ -48,10 +48,10 @@ FsiSolver::FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double d
     : mech_(mech), fluid_(fluid), problem_(fluid.problem(), mech.problem(), dt) {}
 
 void FsiSolver::declare(bus::Declaration &bus) {
-  Outside wall(bus, {"blood_force", "wall_velocity", "wall_force", "solid_iterations"});
+  Outside wall(bus, {"blood_force", "held", "wall_velocity", "wall_force", "solid_iterations"});
   mech_.declare(wall);
   Outside blood(
-      bus, {"interface", "blood_force", "wall_velocity", "wall_force", "budget", "fluid_iterations", "fluid_residual"});
+      bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget", "fluid_iterations", "fluid_residual"});
   fluid_.declare(blood);
   bus.scalar("fsi_iterations", "1", [this] { return double(statistics_.linear_iterations); });
 }

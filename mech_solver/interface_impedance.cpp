@@ -34,7 +34,7 @@ void InterfaceImpedance::add(const Vector &blood_velocity) {
     return;
   Vector answer = compliance(force());
   answer += blood_velocity;
-  fem::zero_constrained(answer, problem_.constrained()); // blood may slip along the rim through an open valve
+  fem::zero_constrained(answer, problem_.constrained()); // a blood that does not know what the wall holds
   columns_.emplace_back();
   for (std::size_t i = 0; i < motions_.size(); ++i) {
     columns_.back().push_back(answer * forces_[i]);

@@ -19,6 +19,9 @@ MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibre
   }
   for (auto *field : {&blood_force_, &displacement_, &wall_velocity_, &wall_force_, &blood_force_n_})
     field->assign(3 * interface_nodes_.size(), 0.0);
+  for (const unsigned node : interface_nodes_)
+    for (unsigned i = 0; i < 3; ++i)
+      held_.push_back(problem_.constrained()[3 * node + i]);
   force_generation_.tension(problem_.tension.begin());
 }
 
@@ -46,6 +49,7 @@ void MechSolver::declare(bus::Declaration &bus) {
   if (space_.has_label("interface")) {
     bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
     bus.input("blood_force", "interface", 3, "N", blood_force_);
+    bus.output("held", "interface", 3, "1", "always", held_);
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
     bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
     bus.output("wall_force", "interface", 3, "N", "n+1", wall_force_);

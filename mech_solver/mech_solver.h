@@ -87,6 +87,7 @@ class MechSolver : public bus::Solver {
   // what the bus reads and fills; calcium is negative until it arrives
   std::vector<double> calcium_, blood_force_, displacement_, wall_velocity_, wall_force_;
   std::vector<double> blood_force_n_;
+  std::vector<double> held_; ///< 1 at degrees of freedom of the interface that do not move, else 0
   fem::NewtonStatistics statistics_;
 
   CouplingParameters coupling_;

@@ -34,14 +34,6 @@ void fix_vector(const LagrangeSpace &space, unsigned components, const std::stri
       constrained[node * components + i] |= on[node];
 }
 
-void fix_rim(const LagrangeSpace &space, unsigned components, const std::string &label, const std::string &other,
-             Constraints &constrained) {
-  const auto on = space.nodes_on(label), on_other = space.nodes_on(other);
-  for (unsigned node = 0; node < on.size(); ++node)
-    for (unsigned i = 0; i < 3; ++i)
-      constrained[node * components + i] |= on[node] & on_other[node];
-}
-
 void fix_normal(const LagrangeSpace &space, unsigned components, const std::string &label, Constraints &constrained) {
   const auto on = space.nodes_on(label);
   const unsigned axis = flat_normal_axis(space, label);

@@ -15,10 +15,6 @@ using Constraints = std::vector<std::uint8_t>;
 /// Constrains the vector at every node of the label.
 void fix_vector(const LagrangeSpace &space, unsigned components, const std::string &label, Constraints &constrained);
 
-/// Constrains the vector where two labels meet.
-void fix_rim(const LagrangeSpace &space, unsigned components, const std::string &label, const std::string &other,
-             Constraints &constrained);
-
 /// Constrains the normal component at every node of the label, which must be flat and normal to a coordinate axis:
 /// Failure(scene) otherwise. Collective.
 void fix_normal(const LagrangeSpace &space, unsigned components, const std::string &label, Constraints &constrained);

@@ -26,10 +26,17 @@ Node required(Node node) {
   node.required = true;
   return node;
 }
+Node optional(Node node) {
+  node.optional = true;
+  return node;
+}
 Nodes operator+(Nodes first, const Nodes &second) {
   first.insert(first.end(), second.begin(), second.end());
   return first;
 }
+
+// Which nodes of the interface the wall holds, so that the blood holds the same. Another program's wall need not know.
+Nodes constants() { return {optional(transfer("held", "mech", "fluid")), order("fluid", "hold")}; }
 
 // Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest.
 Nodes start() {
@@ -154,7 +161,7 @@ Sequence make_sequence(const CouplingParameters &coupling) {
   const Nodes before = geometry() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + ep_after("fluid");
   const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
   return {coupling.scheme, coupling.scheme == "EFS1-corrected" ? start() + no_correction : start(),
-          before + activation() + interaction(coupling) + commit()};
+          before + activation() + interaction(coupling) + commit(), constants()};
 }
 
 } // namespace heartbus::coupler

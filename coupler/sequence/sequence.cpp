@@ -25,6 +25,8 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
   const auto *participant = find(participants, node.participant);
   if (!participant || (!node.receiver.empty() && !find(participants, node.receiver)))
     return false;
+  if (node.optional && !(participant->field(node.field) && find(participants, node.receiver)->field(node.field)))
+    return false;
   const auto &tasks = participant->tasks;
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
 }
@@ -92,7 +94,8 @@ std::string to_text(const Nodes &nodes) {
 } // namespace
 
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
-  return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants)};
+  return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants),
+          cast(sequence.constants, participants)};
 }
 
 std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
@@ -115,8 +118,9 @@ std::set<std::string> leaders(const Nodes &step) {
 }
 
 std::string to_text(const Sequence &sequence) {
+  const std::string constants = sequence.constants.empty() ? "" : "\n  once:  " + to_text(sequence.constants);
   const std::string start = sequence.start.empty() ? "" : "\n  start: " + to_text(sequence.start);
-  return sequence.name + start + "\n  step:  " + to_text(sequence.step);
+  return sequence.name + constants + start + "\n  step:  " + to_text(sequence.step);
 }
 
 } // namespace heartbus::coupler

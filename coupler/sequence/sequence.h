@@ -26,6 +26,7 @@ struct Node {
   std::vector<Node> body; ///< of Kind::repeat, Kind::until and Kind::every
   double limit = 0;       ///< of Kind::until
   bool required = false;  ///< of Kind::until: the run fails when the limit is not reached
+  bool optional = false;  ///< of Kind::transfer: left out when the one does not offer it or the other does not want it
 };
 using Nodes = std::vector<Node>;
 
@@ -33,12 +34,14 @@ using Nodes = std::vector<Node>;
 struct Sequence {
   std::string name;
   Nodes start, step;
+  Nodes constants{}; ///< what never changes: sent before the start block, or before the states are loaded
 };
 
 /// The scheme that the scene asks for.
 Sequence make_sequence(const CouplingParameters &coupling);
 
-/// Without the lines whose participants are absent, and without tasks that a participant does not offer.
+/// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers that
+/// one of the two does not know.
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 /// A node of the sequence with repetitions written out, those without a fixed number once.

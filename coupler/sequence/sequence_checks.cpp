@@ -43,6 +43,9 @@ void check_commits(const Sequence &sequence, const std::vector<Action> &step,
 void check_fields(const Sequence &sequence, const std::vector<Action> &actions,
                   const std::vector<bus::ParticipantInfo> &participants) {
   std::map<std::string, std::set<std::string>> received;
+  for (const auto &[node, iteration] : written_out(sequence.constants)) // nobody has to compute them
+    if (node.kind == Node::Kind::transfer)
+      received[node.receiver].insert(node.field);
   std::set<std::string> active; // who has computed something that can be sent
   for (const auto &[node, iteration] : actions) {
     if (node.kind == Node::Kind::turn)

@@ -57,6 +57,7 @@ SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &se
     : coordinator_(coordinator), sequence_(sequence), lookahead_(lookahead) {
   if (lookahead > 0)
     leaders_ = leaders(sequence.step);
+  connect(sequence_.constants);
   connect(sequence_.start);
   connect(sequence_.step);
 }
@@ -69,6 +70,7 @@ void SequenceRunner::connect(const Nodes &nodes) {
 }
 
 SequenceRunner::Reports SequenceRunner::start(const bus::Step &step) {
+  order(sequence_.constants, step);
   order(sequence_.start, step);
   return report(step);
 }
@@ -172,6 +174,8 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
 
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,
                                                const bus::Step &step) {
+  if (kind == bus::Command::Kind::load)
+    order(sequence_.constants, step);
   order_all({kind, folder, -1, step});
   return report(step);
 }

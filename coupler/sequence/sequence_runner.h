@@ -29,7 +29,7 @@ class SequenceRunner {
   Reports report(const bus::Step &step);
   /// `pauses`: nothing is ordered beyond this step, since all are to be saved, or to end.
   Reports step(const TimeControl &time, int number, bool pauses);
-  /// All participants save or load their states at the end of this step.
+  /// All participants save or load their states at the end of this step; constants go before what is loaded.
   Reports states(bus::Command::Kind kind, const std::string &folder, const bus::Step &step);
   /// All drop what is not in their state, before the next step.
   void refresh(const bus::Step &step);

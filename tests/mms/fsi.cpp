@@ -2,8 +2,13 @@
 #include "common/fem/anderson.h"
 #include "common/geometry/shapes.h"
 #include "fluid_test.h"
+#include "fluid_solver/fluid_solver.h"
 #include "fsi_solver/fsi_problem.h"
+#include "lonely_bus.h"
+#include "mech_solver/mech_solver.h"
 #include "mpi_test_main.h"
+
+#include <spdlog/sinks/null_sink.h>
 
 using namespace heartbus;
 using fem::Vector;
@@ -102,6 +107,13 @@ struct Run {
     lifting.lift(motion);
     return motion;
   }
+  /// 1 where the wall does not move, on the fluid's nodes.
+  Vector held() const {
+    Vector v = wall.make_vector(3);
+    for (unsigned k = 0; k < v.locally_owned_size(); ++k)
+      v.local_element(k) = solid.constrained()[k];
+    return to_fluid(v);
+  }
   Vector to_fluid(const Vector &v) const {
     std::vector<double> values;
     for (const unsigned node : map.solid_nodes())
@@ -147,7 +159,7 @@ struct Monolithic : Run {
 /// Iterates L -> d with R_s(d) = L -> u, p with the Robin datum made of (d - d^n)/dt and L -> L until the force L on
 /// the wall stays.
 struct RobinNeumann : Run {
-  explicit RobinNeumann(const Scene &scene) : Run(scene, 5000), L(cavity.make_vector(4)) {}
+  explicit RobinNeumann(const Scene &scene) : Run(scene, 5000), L(cavity.make_vector(4)) { fluid.hold(held()); }
 
   Vector iterate(int iteration) {
     solid.load = to_solid(L);
@@ -220,6 +232,33 @@ TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAnEjectingVentricleEnd) {
 TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAFillingVentricleEnd) {
   expect_the_monolithic_step(ventricle(Valve::mitral, 5e3, -1e6));
 }
+
+/// What mech_solver tells fluid_solver over the bus, and what fsi_solver takes from the wall itself.
+void expect_the_same_held(Valve valve) {
+  Scene scene = ventricle(valve, 1e3, 2e6);
+  scene.fluid.valves.aortic_pressure = valve == Valve::aortic ? 1300 : 9000; // the blood stands at 1333 Pa
+  scene.fluid.valves.mitral_pressure = valve == Valve::mitral ? 1600 : 1333;
+  Monolithic merged(scene);
+  merged.fluid.prepare(merged.lifted());
+
+  const auto log = std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::null_sink_mt>());
+  mech::MechSolver wall(merged.wall, merged.fibres, scene.mech, log);
+  test::LonelyBus of_wall, of_blood;
+  wall.declare(of_wall);
+  fluid::FluidSolver blood(merged.cavity, scene.fluid, 5000, dt, log);
+  blood.declare(of_blood);
+  *of_blood.inputs.at("held") = merged.map.to_fluid(*of_wall.outputs.at("held"), 3);
+  of_blood.tasks.at("hold")({});
+  of_blood.tasks.at("start")({});
+  blood.prepare_step({1, 0, 30e-3, dt});
+  ASSERT_EQ(blood.valves()->aortic_open(), valve == Valve::aortic);
+  ASSERT_EQ(blood.valves()->mitral_open(), valve == Valve::mitral);
+  EXPECT_EQ(blood.problem().constraints(), merged.fluid.constraints());
+}
+
+TEST(MonolithicStep, HoldsWhatThePartitionedSchemesHoldWithClosedValves) { expect_the_same_held(Valve::closed); }
+TEST(MonolithicStep, HoldsWhatThePartitionedSchemesHoldWithAnOpenAorticValve) { expect_the_same_held(Valve::aortic); }
+TEST(MonolithicStep, HoldsWhatThePartitionedSchemesHoldWithAnOpenMitralValve) { expect_the_same_held(Valve::mitral); }
 
 TEST(MonolithicStep, ConservesTheVolumeOfAClosedCavity) {
   Monolithic run(ventricle(Valve::closed, 1e3, 2e6));

@@ -68,6 +68,42 @@ TEST(MechSolver, InflatedWallStaysWhereItIs) {
   EXPECT_LT(largest_difference(wall.get("displacement"), start), 1e-10);
 }
 
+TEST(MechSolver, SaysWhichOfItsInterfaceNodesItHolds) {
+  Ventricle wall;
+  const std::vector<double> &held = wall.get("held"), &points = wall.bus.points.at("interface");
+  ASSERT_EQ(held.size(), points.size());
+  double n_held = 0;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    EXPECT_EQ(held[k], std::abs(points[k / 3 * 3 + 2] - 15e-3) < 1e-9) << "the rim lies in the base, which is fixed";
+    n_held += held[k];
+  }
+  EXPECT_GT(dealii::Utilities::MPI::sum(n_held, MPI_COMM_WORLD), 0);
+}
+
+TEST(MechSolver, RollersHoldTheNormalOnly) {
+  geometry::Parameters piston;
+  piston.shape = "piston";
+  mech::Parameters parameters;
+  parameters.fixed = {};
+  parameters.rollers = {"x_low", "x_high"};
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_solid(piston));
+  geometry::FibreParameters rule;
+  rule.rule = "constant";
+  parameters.pericardium.labels = {"z_low"};
+  const fem::Fibres fibres(space, rule);
+  std::ostringstream text;
+  MechSolver solver(space, fibres, parameters,
+                    std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text)));
+  test::LonelyBus bus;
+  solver.declare(bus);
+  const std::vector<double> &held = *bus.outputs.at("held"), &points = bus.points.at("interface");
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    const double x = points[k / 3 * 3];
+    const bool on_a_side = x < 1e-9 || x > piston.piston.width - 1e-9;
+    EXPECT_EQ(held[k], k % 3 == 0 && on_a_side) << "component " << k % 3 << " at x = " << x;
+  }
+}
+
 TEST(MechSolver, FirstWallForceIsTheResidualAtTheNewTension) {
   Ventricle wall;
   const std::vector<double> old_force = wall.get("wall_force");

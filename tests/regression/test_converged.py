@@ -73,19 +73,26 @@ class Converged(unittest.TestCase):
     def test_in_filling(self):
         self.assert_same_steps(self.set_in("filling", 0.4))
 
-    def test_the_loosely_coupled_scheme_goes_on_from_the_monolithic_one_at_the_opening_of_the_aorta(self):
-        step = self.phases.index("ejection") // STEPS * STEPS  # the valve opens within the next 20 steps
-        self.go_on(HEARTBEAT, "efs1", step, ["scheme=EFS1"])
-        with open(self.folder / "efs1/history.csv", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        with open(self.folder / "beat/history.csv", encoding="utf-8") as file:
-            reference = list(csv.DictReader(file))[: step + STEPS + 1]
-        self.assertEqual(len(rows), step + STEPS + 1)
-        self.assertEqual(rows[-1]["phase"], "ejection")
-        # the valve may open a step earlier or later, at which the pressure jumps
-        for column, near in (("volume [m^3]", 2e-3), ("mean_pressure [Pa]", 5e-2)):
+    def goes_on_at_the_opening_of_the_aorta(self, scheme, volume, pressure):
+        """From the monolithic scheme's state in the first steps after the opening, V and p within these shares."""
+        step = self.phases.index("ejection") // STEPS * STEPS
+        self.go_on(HEARTBEAT, scheme, step, [f"scheme={scheme}"])
+        rows, reference = ([*csv.DictReader((self.folder / out / "history.csv").open(encoding="utf-8"))]
+                           for out in (scheme, "beat"))
+        reference = reference[: step + STEPS + 1]
+        self.assertEqual([row["phase"] for row in rows], [row["phase"] for row in reference])
+        for column, near in (("volume [m^3]", volume), ("mean_pressure [Pa]", pressure)):
             a, b = (np.array([float(row[column]) for row in table]) for table in (rows, reference))
             np.testing.assert_allclose(a, b, rtol=near)
+        self.assertGreater(min(float(row["aortic_flow [m^3/s]"]) for row in rows if row["phase"] == "ejection"), 0)
+
+    def test_EFS1_goes_on_from_the_monolithic_scheme_at_the_opening_of_the_aorta(self):
+        # what the scheme loses: measured 1.3e-3, 4.6e-3; the pressure was 2.8e-2 off while the blood leaked at the rim
+        self.goes_on_at_the_opening_of_the_aorta("EFS1", 2e-3, 6e-3)
+
+    def test_EFS1_corrected_goes_on_from_the_monolithic_scheme_at_the_opening_of_the_aorta(self):
+        # measured 1.5e-5, 3.3e-4; with the leak 9.8e-4, 3.0e-2
+        self.goes_on_at_the_opening_of_the_aorta("EFS1-corrected", 3e-5, 6e-4)
 
 
 if __name__ == "__main__":

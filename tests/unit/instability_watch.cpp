@@ -1,9 +1,10 @@
 #include "fluid_solver/instability_watch.h"
+#include "fluid_solver/inflow_watch.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
-using heartbus::fluid::InstabilityWatch;
+using namespace heartbus::fluid;
 
 namespace {
 
@@ -56,4 +57,94 @@ TEST(InstabilityWatch, AValveThatSwitchesIsNone) {
 
 TEST(InstabilityWatch, TheFastestContractionIsNone) {
   EXPECT_EQ(alarm([](int n) { return 60 * std::min(1., n / 50.); }), 0);
+}
+
+namespace {
+
+/// A runaway of x_n = factor^n Pa, seen until the alarm.
+std::string told(double factor, Runaway seen) {
+  InstabilityWatch watch(2e-4);
+  double x = 1, before = 0;
+  do {
+    before = x;
+    x *= factor;
+  } while (!watch.add(std::abs(x), 0.1, false, x * before > 0 ? 1 : -1));
+  seen.disagreement = std::abs(x);
+  seen.alternates = watch.alternates();
+  return explanation(seen);
+}
+
+bool says(const std::string &text, const std::string &words) { return text.find(words) != std::string::npos; }
+
+Runaway alpha(double value, double limit) {
+  Runaway seen;
+  seen.alpha = value;
+  seen.alpha_limit = limit;
+  return seen;
+}
+
+} // namespace
+
+TEST(InstabilityWatch, KnowsADisagreementThatAlternatesFromOneThatDoesNot) {
+  InstabilityWatch alternating(2e-4), monotone(2e-4), single(2e-4);
+  for (int n = 0; n < 10; ++n) {
+    alternating.add(100, 0, false, -0.9);
+    monotone.add(100, 0, false, 0.99);
+    single.add(100, 0, false, n == 7 ? -1 : 0.9);
+  }
+  EXPECT_TRUE(alternating.alternates());
+  EXPECT_FALSE(monotone.alternates());
+  EXPECT_FALSE(single.alternates());
+}
+
+TEST(Explanation, BlamesAlphaWhereTheSignChanges) {
+  const std::string text = told(-1.5, alpha(5000, 23531));
+  EXPECT_TRUE(says(text, "the coupling is unstable") && says(text, "with changing sign")) << text;
+  EXPECT_TRUE(says(text, "write 'alpha: 2500 kg/(m^2 s)' or 'alpha: auto'")) << text;
+}
+
+TEST(Explanation, BlamesAlphaWhereItIsAboveTheLimit) {
+  const std::string text = told(1.5, alpha(30000, 20000));
+  EXPECT_TRUE(says(text, "wall and blood allow 20000: write 'alpha: 15000 kg/(m^2 s)' or 'alpha: auto'")) << text;
+}
+
+TEST(Explanation, DoesNotBlameAlphaBelowTheLimitWithoutChangeOfSign) {
+  const std::string text = told(1.5, alpha(5000, 23531));
+  EXPECT_TRUE(says(text, "coupling.alpha is 5000 kg/(m^2 s), below the limit of 23531")) << text;
+  EXPECT_TRUE(says(text, "it is not alpha")) << text;
+  EXPECT_FALSE(says(text, "unstable")) << text;
+  EXPECT_FALSE(says(text, "alpha: ")) << text;
+}
+
+TEST(Explanation, DoubtsTheLimitOfIterationsAndOneThatIsNotKnown) {
+  Runaway iterated = alpha(15000, 20000);
+  iterated.iterates = true;
+  EXPECT_TRUE(says(told(1.5, iterated), "the coupling may be unstable"));
+  iterated.alpha = 5000;
+  EXPECT_TRUE(says(told(1.5, iterated), "it is not alpha"));
+  EXPECT_TRUE(says(told(1.5, alpha(5000, 0)), "its limit has not been estimated"));
+}
+
+TEST(InflowWatch, KnowsARunawayFromTheFastestFilling) {
+  InflowWatch watch;
+  const double filling[][2] = {{24, 0}, {350, 15}, {490, 100}, {600, 580}, {560, 1250}, {9, 1}}; // M0: 354 mL/s
+  for (const auto &[push, energy] : filling) {
+    watch.add(push);
+    EXPECT_FALSE(watch.is_suspect(energy));
+  }
+  EXPECT_EQ(watch.push(), 600);
+  EXPECT_FALSE(watch.is_runaway(21e3)) << "1460 mL/s, with which a run can end";
+  EXPECT_TRUE(watch.is_suspect(21e3));
+  EXPECT_TRUE(watch.is_runaway(98e3)) << "3160 mL/s, where EFS1 with backflow 0 was lost";
+  watch.reset();
+  EXPECT_FALSE(watch.is_suspect(900)) << "hardly pushed at all, hardly fast";
+}
+
+TEST(InflowWatch, TellsOrificeFlowEnergyAndTheKeyToChange) {
+  const Inflow inflow{3.16e-3, 316.};
+  EXPECT_NEAR(inflow.energy(), 1e5, 1e-6);
+  const std::string text = explanation("mitral", inflow, 600, 0);
+  for (const char *words : {"'mitral'", "3160 mL/s", "316 W", "100000 Pa per volume", "600 Pa", "'fluid.backflow: 1'"})
+    EXPECT_TRUE(says(text, words)) << text;
+  EXPECT_FALSE(says(explanation("mitral", inflow, 600, 1), "write"));
 }

@@ -160,6 +160,23 @@ TEST(Sequence, LinesOfAbsentParticipantsAreDropped) {
   }
 }
 
+TEST(Sequence, WhatTheWallHoldsIsSentOnceAndOnlyIfBothKnowOfIt) {
+  auto participants = heart();
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("held"), std::string::npos) << "another program's wall";
+  participants[1].fields.push_back({"held", "interface", "1", "always", 3, true});
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("held"), std::string::npos) << "another program's blood";
+  participants[3].fields.push_back({"held", "interface", "1", "", 3, false});
+  participants[3].tasks.push_back("hold");
+  for (const auto &name : {"EFS1", "E1FS", "adaptive", "by_phase", "EFS1-corrected"}) {
+    const std::string text = to_text(cast(scheme(name, 2), participants));
+    EXPECT_NE(text.find("\n  once:  held mech->fluid; hold fluid\n  start: inflate mech"), std::string::npos) << text;
+    EXPECT_EQ(count(text, "held mech->fluid"), 1) << text;
+    if (name != std::string("EFS1-corrected")) {
+      EXPECT_EQ(complaint(scheme(name, 2), participants), "");
+    }
+  }
+}
+
 TEST(Sequence, TasksThatAParticipantDoesNotOfferAreDropped) {
   auto participants = heart();
   participants[1].tasks.clear();

@@ -25,7 +25,6 @@ FIELDS = {"d": ("mech", "displacement"), "u": ("fluid", "velocity"), "pressure":
 USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_coupling_iterations", "cpu_s", "wall_s",
          "error_EF", "error_p_max", "error_V", "error_p", "max_V", "max_p"]
 ASSEMBLY, SOLVE = ("assembly", "residual", "tangent"), ("preconditioner", "linear solve")  # works of a participant
-LAYER = 10e-3  # s after a change of scheme in ejection, in which the new one finds its own pressure: not the step's fault
 
 
 def measures(folder, reference=None, start=None):
@@ -101,14 +100,13 @@ def window(folder, reference, start):
         if not phases or (start is not None and not ejection):
             return None
         ends.append(ejection[0][0] if ejection and start is None else ejection[0][1] if ejection else phases[-1][2])
-    return 0 if start is None else start + LAYER, min(ends)
+    return 0 if start is None else start, min(ends)
 
 
 def norms(folder, reference, start):
     """`PART_d`, `_u`, `_pressure`: L2 norm in space (nodal values, volumes of the reference mesh), maximum over the
     instants at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps. PART is "contraction",
-    or "ejection" for a run that started in it; then the first 10 ms do not count: whatever the time step, another
-    scheme starts with a jump of its pressure."""
+    or "ejection" for a run that started in it."""
     part, span = "contraction" if start is None else "ejection", window(folder, reference, start)
     if not span:
         return {}
