@@ -14,10 +14,11 @@ using fem::Vector;
 
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
-    : space_(space), substeps_(parameters.substeps), model_(make_ionic_model(parameters.ionic_model)),
-      stimulus_(parameters.stimulus, space.points()),
+    : space_(space), control_(parameters), integrator_(integrator(parameters.integrator)),
+      model_(make_ionic_model(parameters.ionic_model)),
+      stimulus_(parameters.stimulus, space.points(), space.communicator()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
-      calcium_(space.n_owned_nodes()) {
+      solved_(current_), calcium_(space.n_owned_nodes()) {
   const CellState cell = model_->initial_state(parameters.initial_state);
   n_.v = space.make_vector(1);
   n_.v = cell.v;
@@ -44,46 +45,85 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.point_set("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   declaration.output("calcium", "tissue", 1, "uM", "n+1", calcium_);
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
+  declaration.scalar("ep_substeps", "1", [this] { return double(substeps_); });
   declaration.scalar(
       "activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
-  const double dt = step.size / substeps_;
-  problem_.set_step(dt);
   iterations_ = 0;
-  np1_.v = n_.v;
-  np1_.v_before = n_.v_before;
-  np1_.activation = n_.activation;
-  for (int k = 0; k < substeps_; ++k)
-    advance(step.time - (substeps_ - 1 - k) * dt, dt, k == 0 ? n_.ionic : np1_.ionic, np1_);
+  int n = control_.divide(step.size, n_.longest);
+  double estimate;
+  for (;;) {
+    estimate = advance_by(n, step);
+    const int finer = control_.refine(step.size, n, estimate);
+    if (finer == n)
+      break;
+    n = finer;
+  }
+  substeps_ = n;
+  np1_.longest = control_.longest_next(step.size / n, estimate);
   model_->get_calcium(space_.n_owned_nodes(), np1_.ionic, calcium_.data());
 }
 
-/// One (sub)step that ends at `time`.
-void EPSolver::advance(double time, double dt, const std::vector<Lanes> &ionic_n, State &state) {
+/// From the old state to the end of the step. Returns the largest error estimate of all substeps and ranks.
+double EPSolver::advance_by(int n_substeps, const bus::Step &step) {
+  const double dt = step.size / n_substeps;
+  np1_.v = n_.v;
+  np1_.v_before = n_.v_before;
+  np1_.dt_before = n_.dt_before;
+  np1_.activation = n_.activation;
+  double estimate = 0;
+  for (int k = 0; k < n_substeps; ++k)
+    estimate =
+        std::max(estimate, advance(step.time - (n_substeps - 1 - k) * dt, dt, k == 0 ? n_.ionic : np1_.ionic, np1_));
+  return dealii::Utilities::MPI::max(estimate, space_.communicator());
+}
+
+/// One substep that ends at `end`. Returns this rank's error estimate.
+double EPSolver::advance(double end, double dt, const std::vector<Lanes> &ionic_n, State &state) {
   const unsigned n_nodes = space_.n_owned_nodes();
+  const bool in_the_middle = integrator_ == Integrator::exponential_midpoint;
+  const double ahead = (in_the_middle ? 0.5 : 1) * dt / state.dt_before;
+  solved_ = state.v_before;
+  solved_.sadd(-ahead, 1 + ahead, state.v); // extrapolated
+  double estimate;
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "ionic model");
-    model_->step(n_nodes, state.v.begin(), ionic_n.data(), state.ionic.data(), dt, current_.begin());
+    estimate = model_->step(integrator_, n_nodes, in_the_middle ? solved_.begin() : state.v.begin(), ionic_n.data(),
+                            state.ionic.data(), dt, current_.begin());
   }
   current_ *= -1;
-  stimulus_.add(time, n_nodes, current_.begin());
+  stimulus_.add(end - dt, end, n_nodes, current_.begin());
+  problem_.set_step(in_the_middle ? 0.5 * dt : dt);
+  iterations_ += problem_.solve(state.v, current_, solved_).iterations;
+  return std::max(estimate, finish_substep(end, dt, state));
+}
 
-  state.v_before.sadd(-1, 2, state.v); // extrapolated: 2 v^n - v^{n-1}
-  state.v_before.swap(state.v);        // now v^n, and a guess of v^{n+1}
-  iterations_ += problem_.solve(state.v_before, current_, state.v).iterations;
-
-  for (unsigned node = 0; node < n_nodes; ++node) {
-    const double v_n = state.v_before.local_element(node), v_np1 = state.v.local_element(node);
+/// Takes v^{n+1} from what was solved for. Returns how far the potential is from its extrapolation, over its scale.
+double EPSolver::finish_substep(double end, double dt, State &state) {
+  const bool in_the_middle = integrator_ == Integrator::exponential_midpoint;
+  const double ratio = dt / state.dt_before;
+  constexpr double scale = 0.1; // [V], an action potential
+  double largest = 0;
+  for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
+    double &v_before = state.v_before.local_element(node), &v = state.v.local_element(node);
+    const double v_n = v, solved = solved_.local_element(node), v_np1 = in_the_middle ? 2 * solved - v_n : solved;
+    largest = std::max(largest, std::abs(v_np1 - v_n - ratio * (v_n - v_before)));
     if (std::isnan(state.activation[node]) && v_n < 0 && v_np1 >= 0)
-      state.activation[node] = time - dt * v_np1 / (v_np1 - v_n);
+      state.activation[node] = end - dt * v_np1 / (v_np1 - v_n);
+    v_before = v_n;
+    v = v_np1;
   }
+  state.dt_before = dt;
+  return largest / scale;
 }
 
 void EPSolver::commit_step(const bus::Step &step) {
   n_.v.swap(np1_.v);
   n_.v_before.swap(np1_.v_before);
+  n_.dt_before = np1_.dt_before;
+  n_.longest = np1_.longest;
   n_.ionic.swap(np1_.ionic);
   n_.activation.swap(np1_.activation);
   if (writer_ && output_.due(step.number, step.size))
@@ -94,16 +134,18 @@ void EPSolver::visit(io::State &state) {
   state.points("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   state.field("potential", 1, n_.v.begin());
   state.field("potential_before", 1, n_.v_before.begin());
+  state.number("substep", n_.dt_before);
+  state.number("longest_substep", n_.longest);
   state.field("activation_time", 1, n_.activation.data());
-  const unsigned n_states = model_->n_states();
-  std::vector<double> ionic(space_.n_owned_nodes() * n_states); // [node][state]
+  const unsigned n_kept = model_->n_kept();
+  std::vector<double> ionic(space_.n_owned_nodes() * n_kept); // [node][what is kept]
   const auto in_blocks = [&](std::size_t k) -> double & {
-    const std::size_t node = k / n_states, block = node / fem::n_lanes;
-    return reinterpret_cast<double *>(&n_.ionic[block * n_states + k % n_states])[node % fem::n_lanes];
+    const std::size_t node = k / n_kept, block = node / fem::n_lanes;
+    return reinterpret_cast<double *>(&n_.ionic[block * n_kept + k % n_kept])[node % fem::n_lanes];
   };
   for (std::size_t k = 0; k < ionic.size(); ++k)
     ionic[k] = in_blocks(k);
-  state.field("ionic_states", n_states, ionic.data());
+  state.field("ionic_states", n_kept, ionic.data());
   for (std::size_t k = 0; k < ionic.size(); ++k)
     in_blocks(k) = ionic[k];
 }

@@ -7,11 +7,16 @@
 #include "ep_solver/ionic/ionic_model.h"
 #include "ep_solver/monodomain_problem.h"
 #include "ep_solver/stimulus.h"
+#include "ep_solver/substeps.h"
 
 namespace heartbus::ep {
 
 /// Electrophysiology (paper, section 2.2): potential v and ionic states at the nodes of the refined solid mesh,
-/// advanced by the scheme of section 3.1, step 1: ionic model, then monodomain equation. Sends calcium^{n+1}.
+/// advanced by ionic model, then monodomain equation, and sends calcium^{n+1}. Either by the scheme of section 3.1,
+/// step 1, of first order, or with both at the middle of the (sub)step, of second: the ionic model gives I_ion^{n+1/2}
+/// from the extrapolated potential, then (ionic_model.h, monodomain_problem.h)
+///
+///     (2 M/dt + K) v^{n+1/2} = M (2 v^n/dt - I_ion^{n+1/2} + I_app),   v^{n+1} = 2 v^{n+1/2} - v^n.
 class EPSolver : public bus::Solver {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
@@ -34,26 +39,32 @@ class EPSolver : public bus::Solver {
   /// The latest activation of this rank's nodes [s]; NaN until all of them are active.
   double last_activation() const;
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
+  unsigned substeps() const { return substeps_; }     ///< of the last step
 
  private:
   struct State {
-    fem::Vector v, v_before; ///< at the end of the step and one (sub)step before it
+    fem::Vector v, v_before; ///< at the end of the step and one substep before it
+    double dt_before = 1;    ///< length of that substep [s]
+    double longest = 1;      ///< substep that the next step of the coupling starts with, at most [s]
     std::vector<fem::Lanes> ionic;
     std::vector<double> activation;
   };
-  void advance(double time, double dt, const std::vector<fem::Lanes> &ionic_n, State &state);
+  double advance_by(int n_substeps, const bus::Step &step);
+  double advance(double end, double dt, const std::vector<fem::Lanes> &ionic_n, State &state);
+  double finish_substep(double end, double dt, State &state);
   void visit(io::State &state); ///< what is at the end of the last step
   void write(double time);
 
   const fem::LagrangeSpace &space_;
-  int substeps_;
+  SubstepControl control_;
+  Integrator integrator_;
   std::unique_ptr<IonicModel> model_;
   Stimulus stimulus_;
   MonodomainProblem problem_;
   State n_, np1_;
-  fem::Vector current_;
+  fem::Vector current_, solved_; ///< solved_: v^{n+1}, or v in the middle of the substep
   std::vector<double> calcium_;
-  unsigned iterations_ = 0;
+  unsigned iterations_ = 0, substeps_ = 0;
   OutputParameters output_;
   std::string folder_;
   std::unique_ptr<io::FieldWriter> writer_;

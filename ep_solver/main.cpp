@@ -1,5 +1,6 @@
 #include "common/bus/participant.h"
 #include "common/fem/runtime.h"
+#include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
 #include "common/schema/scene.h"
 #include "ep_solver/conductivity.h"
@@ -12,8 +13,9 @@ int main(int argc, char **argv) {
   return participant.run([&] {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
-    const fem::LagrangeSpace space(participant.communicator(), geometry::make_solid(scene.geometry),
-                                   scene.ep.refinements);
+    const geometry::Mesh wall = geometry::make_solid(scene.geometry);
+    const fem::LagrangeSpace space(participant.communicator(), wall,
+                                   scene.ep.refinements_of(geometry::longest_edge(wall)));
     const fem::Fibres fibres(space, scene.fibres);
     ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);

@@ -11,18 +11,21 @@ int main(int argc, char **argv) {
   try {
     const auto model = ep::make_ionic_model(argc > 1 ? argv[1] : "ttp06_epi");
     const int n_beats = argc > 2 ? std::atoi(argv[2]) : 800;
-    const double cycle_length = argc > 3 ? 1e-3 * std::atof(argv[3]) : 0.8,
-                 dt = argc > 4 ? 1e-3 * std::atof(argv[4]) : 2e-5;
+    ep::Pacing pacing;
+    if (argc > 3)
+      pacing.cycle_length = 1e-3 * std::atof(argv[3]);
+    if (argc > 4)
+      pacing.dt = 1e-3 * std::atof(argv[4]);
     ep::CellState cell = model->initial_state("published");
     for (int beat = 1; beat <= n_beats; ++beat) {
-      const ep::Beat b = pace(*model, cell, cycle_length, dt);
+      const ep::Beat b = pace(*model, cell, pacing);
       if (beat % 100 == 0 || beat <= 3)
         std::printf("beat %d: %.3f to %.2f mV, APD90 %.2f ms, calcium %.4f to %.4f uM\n", beat, 1e3 * b.v_diastole,
                     1e3 * b.v_max, 1e3 * b.duration, b.calcium_diastole, b.calcium_peak);
     }
     std::printf("%.9g", cell.v);
-    for (const double state : cell.states)
-      std::printf(", %.9g", state);
+    for (std::size_t s = 0; s < model->n_states(); ++s)
+      std::printf(", %.9g", cell.states[s]);
     std::printf("\n");
   } catch (const std::exception &error) {
     std::fprintf(stderr, "prepace: %s\n", error.what());

@@ -35,12 +35,15 @@ MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std:
 void MonodomainProblem::set_step(double dt) {
   if (dt == dt_)
     return;
-  const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   dt_ = dt;
+  for (current_ = 0; current_ < operators_.size(); ++current_)
+    if (operators_[current_].dt == dt)
+      return;
+  const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   A_.copy_scaled(1 / dt, M_);
   A_.add_scaled(1, K_);
-  rounded_A_ = std::make_unique<fem::RoundedMatrix>(A_);
-  preconditioner_ = fem::make_preconditioner(preconditioner_kind_, A_);
+  operators_.push_back(
+      {dt, std::make_unique<fem::RoundedMatrix>(A_), fem::make_preconditioner(preconditioner_kind_, A_)});
 }
 
 fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v) {
@@ -81,9 +84,10 @@ void MonodomainProblem::find_residual(const fem::Vector &v) {
 fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reduction) {
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   increment_ = 0;
+  const Operator &A = operators_[current_];
   const auto statistics = fem::solve_linear(
-      "monodomain equation", [this](fem::Vector &y, const fem::Vector &x) { rounded_A_->vmult(y, x); }, increment_,
-      residual_, *preconditioner_, reduction);
+      "monodomain equation", [&A](fem::Vector &y, const fem::Vector &x) { A.matrix->vmult(y, x); }, increment_,
+      residual_, *A.preconditioner, reduction);
   v += increment_;
   return statistics;
 }

@@ -21,7 +21,7 @@ class MonodomainProblem {
   MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, double tolerance,
                     const std::string &preconditioner);
 
-  /// Sets the step; the matrix is formed when it has changed.
+  /// Sets the step. The matrices of each step that was ever set are kept.
   void set_step(double dt);
   /// `v` holds a guess of v^{n+1} when called, v^{n+1} in the end. The tolerance is relative to the
   /// right-hand side (with M lumped).
@@ -33,14 +33,21 @@ class MonodomainProblem {
   void find_residual(const fem::Vector &v);
   fem::LinearStatistics correct(fem::Vector &v, double reduction);
 
-  fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K
+  /// M/dt + K for iterations, and its preconditioner.
+  struct Operator {
+    double dt;
+    std::unique_ptr<fem::RoundedMatrix> matrix;
+    std::unique_ptr<fem::Preconditioner> preconditioner;
+  };
+
+  fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K of the last step that was new
   std::vector<float> entries_; ///< of M and -K, side by side
   std::vector<double> wv_;     ///< rate - v/dt and v of each node, side by side
   fem::Vector weights_;        ///< of the nodes: the integrals of their shape functions
   double tolerance_, dt_ = 0;
   std::string preconditioner_kind_;
-  std::unique_ptr<fem::RoundedMatrix> rounded_A_; ///< for iterations
-  std::unique_ptr<fem::Preconditioner> preconditioner_;
+  std::vector<Operator> operators_;
+  std::size_t current_ = 0; ///< operator
   fem::Vector rate_, residual_, increment_;
 };
 

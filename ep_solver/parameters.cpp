@@ -11,10 +11,16 @@ void StimulusSite::describe(config::Section &s) {
 }
 
 void StimulusParameters::describe(config::Section &s) {
-  s.quantity("amplitude", amplitude, "V/s", config::any, "applied current over capacitance");
-  s.quantity("duration", duration, "s", config::non_negative, "of the stimulus, from the start of each period");
+  s.quantity("amplitude", amplitude, "V/s", config::any, "applied current over capacitance, not 0");
+  s.quantity("duration", duration, "s", config::positive, "of the stimulus, from the start of each period");
   s.quantity("period", period, "s", config::positive, "from one stimulus to the next");
-  sites.resize(s.list("sites", sites.size(), "where the current is applied"));
+  if (amplitude == 0)
+    s.fail("amplitude", "a stimulus of 0 V/s never fires; typical are 35.7 V/s");
+  if (duration > period)
+    s.fail("duration", "the stimulus lasts longer than its period");
+  sites.resize(s.list("sites", sites.size(), "where the current is applied, at least one"));
+  if (sites.empty())
+    s.fail("sites", "there must be a site, or the stimulus never fires");
   for (std::size_t i = 0; i < sites.size(); ++i)
     sites[i].describe(s.item("sites", i));
 }
@@ -30,8 +36,14 @@ void Parameters::describe(config::Section &s) {
 #define HEARTBUS_NAME(name, make) models.emplace_back(name);
   HEARTBUS_IONIC_MODELS(HEARTBUS_NAME)
 #undef HEARTBUS_NAME
-  s.integer("refinements", refinements, {0, 5}, "of the mesh of the mechanics, which stays nested in this one");
-  s.integer("substeps", substeps, {1, 1000}, "steps of electrophysiology in one step of the coupling");
+  s.integer_or("refinements", refinements, {0, 5}, "auto", automatic_refinements,
+               "of the mesh of the mechanics, which stays nested in this one; auto: until no edge is above 4 mm");
+  s.choice("integrator", integrator, {"exponential_midpoint", "imex_euler"},
+           "exponential_midpoint: of second order; imex_euler: the paper's, of first");
+  s.integer_or("substeps", substeps, {1, 1000}, "auto", automatic_substeps,
+               "steps of electrophysiology in one step of the coupling; auto: as an error estimate asks");
+  s.number("substep_tolerance", substep_tolerance, {1e-4, 1},
+           "of this estimate: difference from extrapolation, over 100 mV in potential and 1 mM in subspace calcium");
   s.choice("ionic_model", ionic_model, models, "model and type of the cells");
   s.choice("initial_state", initial_state, {"limit_cycle", "published"},
            "limit_cycle: end of a beat after 800 beats of 800 ms; published: with the model");
@@ -39,6 +51,15 @@ void Parameters::describe(config::Section &s) {
   stimulus.describe(s.section("stimulus", "applied current"));
   s.number("tolerance", tolerance, {1e-14, 1e-2}, "of the linear solver, relative to the whole right-hand side");
   s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of GMRES; the paper's is amg");
+}
+
+int Parameters::refinements_of(double edge) const {
+  if (!automatic_refinements)
+    return refinements;
+  int n = 0;
+  for (; edge > longest_edge; edge /= 2)
+    ++n;
+  return n;
 }
 
 } // namespace heartbus::ep

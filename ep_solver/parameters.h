@@ -36,7 +36,11 @@ struct ConductivityParameters {
 /// The keys of the scene block `electrophysiology`.
 struct Parameters {
   int refinements = 1;
+  bool automatic_refinements = true; ///< in place of `refinements`: as few as bring all edges below `longest_edge`
+  std::string integrator = "exponential_midpoint";
   int substeps = 1;
+  bool automatic_substeps = true; ///< in place of `substeps`: as many as an error estimate asks for
+  double substep_tolerance = 0.1; ///< of this estimate
   std::string ionic_model = "ttp06_epi";
   std::string initial_state = "limit_cycle";
   ConductivityParameters conductivity;
@@ -44,6 +48,10 @@ struct Parameters {
   double tolerance = 1e-6;
   std::string preconditioner = "ilu"; ///< measured cheapest: 3 iterations where jacobi takes 28 and amg 10
   void describe(config::Section &section);
+
+  static constexpr double longest_edge = 4e-3; ///< [m]; along the fibres, a wave on such edges is still captured
+  /// Of a mesh whose longest edge is this [m].
+  int refinements_of(double longest_edge_of_mesh) const;
 };
 
 } // namespace heartbus::ep

@@ -1,7 +1,12 @@
 #include "ep_solver/stimulus.h"
 
+#include "common/bus/failure.h"
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
+#include <string>
 
 namespace heartbus::ep {
 
@@ -17,10 +22,42 @@ double weight(const StimulusSite &site, const geometry::Point3 &x) {
   return 0.5 - 0.5 * std::cos(M_PI * std::clamp(depth, 0.0, 1.0));
 }
 
+double distance(const geometry::Point3 &x, const std::vector<double> &centre) {
+  return std::sqrt(std::pow(x[0] - centre[0], 2) + std::pow(x[1] - centre[1], 2) + std::pow(x[2] - centre[2], 2));
+}
+
+std::string in_mm(double length) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", 1e3 * length);
+  return text;
+}
+
+void check_reach(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points,
+                 MPI_Comm communicator) {
+  for (std::size_t k = 0; k < parameters.sites.size(); ++k) {
+    const StimulusSite &site = parameters.sites[k];
+    double local[2] = {0, -std::numeric_limits<double>::infinity()}, all[2]; // largest weight, - smallest distance
+    for (const auto &x : points) {
+      local[0] = std::max(local[0], weight(site, x));
+      local[1] = std::max(local[1], -distance(x, site.centre));
+    }
+    MPI_Allreduce(local, all, 2, MPI_DOUBLE, MPI_MAX, communicator);
+    if (all[0] > 0)
+      continue;
+    throw Failure(ExitCode::scene, "electrophysiology.stimulus: site " + std::to_string(k + 1) + ", a " + site.shape +
+                                       " of radius " + in_mm(site.radius) + " mm around [" + in_mm(site.centre[0]) +
+                                       ", " + in_mm(site.centre[1]) + ", " + in_mm(site.centre[2]) +
+                                       "] mm, reaches no node; the nearest is " + in_mm(-all[1]) +
+                                       " mm from its centre: move the site or enlarge it");
+  }
+}
+
 } // namespace
 
-Stimulus::Stimulus(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points)
+Stimulus::Stimulus(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points,
+                   MPI_Comm communicator)
     : amplitude_(parameters.amplitude), duration_(parameters.duration), period_(parameters.period) {
+  check_reach(parameters, points, communicator);
   for (const auto &x : points) {
     weights_.push_back(0);
     for (const auto &site : parameters.sites)
@@ -28,16 +65,22 @@ Stimulus::Stimulus(const StimulusParameters &parameters, const std::vector<geome
   }
 }
 
-bool Stimulus::active(double time) const {
-  const double round_off = 1e-9 * period_;
-  const double phase = time - period_ * std::floor((time - round_off) / period_);
-  return phase <= duration_ + round_off;
+double Stimulus::time_on(double time) const {
+  const double periods = std::floor(time / period_);
+  return periods * duration_ + std::min(time - periods * period_, duration_);
 }
 
-void Stimulus::add(double time, std::size_t n, double *i) const {
-  if (active(time))
+double Stimulus::share(double begin, double end) const {
+  const double share = (time_on(end) - time_on(begin)) / (end - begin);
+  constexpr double round_off = 1e-9; // of the times
+  return share < round_off ? 0 : share > 1 - round_off ? 1 : share;
+}
+
+void Stimulus::add(double begin, double end, std::size_t n, double *i) const {
+  const double mean = amplitude_ * share(begin, end);
+  if (mean != 0)
     for (std::size_t k = 0; k < n; ++k)
-      i[k] += amplitude_ * weights_[k];
+      i[k] += mean * weights_[k];
 }
 
 } // namespace heartbus::ep

@@ -3,20 +3,25 @@
 #include "common/geometry/mesh.h"
 #include "ep_solver/parameters.h"
 
+#include <mpi.h>
 #include <vector>
 
 namespace heartbus::ep {
 
-/// The applied current I_app(x, t) at given points: on during (0, duration] of each period, so that a step that ends at
-/// a time t with the paper's I_app^{n+1} = I_app(t^{n+1}) delivers the whole charge.
+/// The applied current I_app(x, t) at given points, on during the first `duration` of each period. A step is given its
+/// mean over that step, so that steps of any length deliver the same charge.
 class Stimulus {
  public:
-  Stimulus(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points);
-  bool active(double time) const;
-  /// i[point] += I_app(x, time) [V/s], for the first `n` points.
-  void add(double time, std::size_t n, double *i) const;
+  /// Collective. Throws Failure(scene), on all ranks the same, when a site reaches no point of any rank.
+  Stimulus(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points, MPI_Comm communicator);
+  /// Share of the time from `begin` to `end` [s] during which the current is on.
+  double share(double begin, double end) const;
+  /// i[point] += mean of I_app(x, t) over the time from `begin` to `end` [V/s], for the first `n` points.
+  void add(double begin, double end, std::size_t n, double *i) const;
 
  private:
+  double time_on(double time) const; ///< how long the current has been on since the start [s]
+
   double amplitude_, duration_, period_;
   std::vector<double> weights_; ///< [point], between 0 and 1
 };

@@ -37,6 +37,10 @@ class Printer : public Section {
   void integer(const std::string &key, int &value, Range, const std::string &meaning) override {
     entries_.push_back({key, std::to_string(value), meaning, {}});
   }
+  void integer_or(const std::string &key, int &value, Range, const std::string &word, bool &is_word,
+                  const std::string &meaning) override {
+    entries_.push_back({key, is_word ? word : std::to_string(value), meaning + ", or '" + word + "'", {}});
+  }
   void boolean(const std::string &key, bool &value, const std::string &meaning) override {
     entries_.push_back({key, value ? "true" : "false", meaning, {}});
   }

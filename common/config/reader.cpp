@@ -38,14 +38,9 @@ class Reader final : public Section {
       value = checked(key, converted(key, [&] { return parse_quantity(node->value, unit); }), range, unit);
   }
 
-  void quantity_or(const std::string &key, double &value, const std::string &unit, Range range,
-                   const std::string &word, bool &is_word, const std::string &meaning) override {
-    const Node *node = node_ ? node_->find(key) : nullptr;
-    if (node && node->kind == Node::Kind::scalar)
-      is_word = node->value == word;
-    if (node && is_word)
-      take(key);
-    else
+  void quantity_or(const std::string &key, double &value, const std::string &unit, Range range, const std::string &word,
+                   bool &is_word, const std::string &meaning) override {
+    if (!take_word(key, word, is_word))
       quantity(key, value, unit, range, meaning);
   }
 
@@ -61,6 +56,12 @@ class Reader final : public Section {
         fail(key, "'" + node->value + "' is not an integer");
       value = static_cast<int>(checked(key, number, range, ""));
     }
+  }
+
+  void integer_or(const std::string &key, int &value, Range range, const std::string &word, bool &is_word,
+                  const std::string &meaning) override {
+    if (!take_word(key, word, is_word))
+      integer(key, value, range, meaning);
   }
 
   void boolean(const std::string &key, bool &value, const std::string &) override {
@@ -181,6 +182,16 @@ class Reader final : public Section {
       complaint = error.what();
     }
     fail(key, complaint);
+  }
+
+  /// Whether the scene has this word for the key. `is_word` stays when it has nothing.
+  bool take_word(const std::string &key, const std::string &word, bool &is_word) {
+    const Node *node = node_ ? node_->find(key) : nullptr;
+    if (node && node->kind == Node::Kind::scalar)
+      is_word = node->value == word;
+    if (node && is_word)
+      take(key);
+    return node && is_word;
   }
 
   double checked(const std::string &key, double value, const Range &range, const std::string &unit) {

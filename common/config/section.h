@@ -39,6 +39,9 @@ class Section {
   /// A plain number without a unit.
   virtual void number(const std::string &key, double &value, Range range, const std::string &meaning) = 0;
   virtual void integer(const std::string &key, int &value, Range range, const std::string &meaning) = 0;
+  /// The same, or one word in its place: `is_word` tells which.
+  virtual void integer_or(const std::string &key, int &value, Range range, const std::string &word, bool &is_word,
+                          const std::string &meaning) = 0;
   virtual void boolean(const std::string &key, bool &value, const std::string &meaning) = 0;
   virtual void text(const std::string &key, std::string &value, const std::string &meaning) = 0;
   virtual void choice(const std::string &key, std::string &value, const std::vector<std::string> &allowed,

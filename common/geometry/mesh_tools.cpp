@@ -245,6 +245,21 @@ Point3 face_centre(const Mesh &mesh, const std::array<unsigned, 4> &vertices) {
   return centre;
 }
 
+double longest_edge(const Mesh &mesh) {
+  double longest = 0;
+  const unsigned n = mesh.vertices_per_cell();
+  for (std::size_t cell = 0; cell < mesh.n_cells(); ++cell)
+    for (unsigned a = 0; a < n; ++a)
+      for (unsigned b = a + 1; b < n; ++b) {
+        const unsigned differ = a ^ b; // of a hexahedron, corners along one axis share an edge
+        if (mesh.kind == Mesh::CellKind::hexahedron && (differ & (differ - 1)))
+          continue;
+        const Point3 edge = mesh.points[mesh.cells[n * cell + a]] - mesh.points[mesh.cells[n * cell + b]];
+        longest = std::max(longest, std::sqrt(dot(edge, edge)));
+      }
+  return longest;
+}
+
 void check(const Mesh &mesh) {
   for (std::size_t cell = 0; cell < mesh.n_cells(); ++cell)
     for (unsigned corner = 0; corner < mesh.vertices_per_cell(); ++corner) {

@@ -36,6 +36,9 @@ double free_area(const Mesh &mesh, const std::string &label);
 /// not lie on the boundary.
 void check(const Mesh &mesh);
 
+/// Of all edges of all cells [m].
+double longest_edge(const Mesh &mesh);
+
 Point3 face_centre(const Mesh &mesh, const std::array<unsigned, 4> &vertices);
 
 } // namespace heartbus::geometry

@@ -20,9 +20,13 @@ std::unique_ptr<IonicModel> make_ionic_model(const std::string &name) {
   throw Failure(ExitCode::scene, "there is no ionic model \"" + name + "\"; known are " + known);
 }
 
+Integrator integrator(const std::string &name) {
+  return name == "imex_euler" ? Integrator::imex_euler : Integrator::exponential_midpoint;
+}
+
 std::vector<fem::Lanes> IonicModel::uniform_states(std::size_t n_nodes, const std::vector<double> &states) const {
   std::vector<fem::Lanes> blocks;
-  blocks.reserve(n_blocks(n_nodes) * n_states());
+  blocks.reserve(n_blocks(n_nodes) * n_kept());
   for (std::size_t block = 0; block < n_blocks(n_nodes); ++block)
     for (const double state : states)
       blocks.push_back(fem::lanes(state));
@@ -30,7 +34,7 @@ std::vector<fem::Lanes> IonicModel::uniform_states(std::size_t n_nodes, const st
 }
 
 void IonicModel::get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> &states, double *calcium) const {
-  const unsigned n = n_states();
+  const unsigned n = n_kept();
   const double factor = calcium_to_micromolar();
   const fem::Lanes *values = states.data() + calcium_state();
   for (std::size_t node = 0; node < n_nodes; ++node)

@@ -18,14 +18,19 @@ double crossing(const std::vector<double> &v, std::size_t from, double level) {
 
 } // namespace
 
-Beat pace(const IonicModel &model, CellState &cell, double cycle_length, double dt) {
-  const auto n_steps = std::lround(cycle_length / dt), n_stimulated = std::lround(1e-3 / dt);
+Beat pace(const IonicModel &model, CellState &cell, const Pacing &pacing) {
+  const double dt = pacing.dt;
+  const auto n_steps = std::lround(pacing.cycle_length / dt);
   std::vector<double> v{cell.v}, calcium;
+  double v_rate = 0; // over the last step
   for (long n = 0; n < n_steps; ++n) {
     calcium.push_back(model.calcium_to_micromolar() * cell.states[model.calcium_state()]);
-    const double i_app = n < n_stimulated ? 52 : 0;
-    const double i_ion = model.step_cell(cell.v, cell.states, dt, i_app);
-    cell.v += dt * (i_app - i_ion);
+    const double i_app = pacing.amplitude * std::clamp(pacing.duration / dt - n, 0.0, 1.0); // mean over the step
+    const double v_used = pacing.integrator == Integrator::imex_euler ? cell.v : cell.v + 0.5 * dt * v_rate;
+    const double i_ion =
+        model.step_cell(pacing.integrator, v_used, cell.states, dt, pacing.carried_by_potassium ? i_app : 0);
+    v_rate = i_app - i_ion;
+    cell.v += dt * v_rate;
     v.push_back(cell.v);
   }
   const auto peak = std::max_element(v.begin(), v.end());

@@ -11,7 +11,15 @@ struct Beat {
   double calcium_diastole, calcium_peak, calcium_peak_time; ///< [uM], [uM], [s]
 };
 
-/// One beat of a single cell, dv/dt = I_app - I_ion, stimulated with 52 V/s for 1 ms at its start. `cell` is advanced.
-Beat pace(const IonicModel &model, CellState &cell, double cycle_length, double dt);
+/// How a cell is paced: dv/dt = I_app - I_ion, with I_app = `amplitude` for `duration` at the start of each beat.
+struct Pacing {
+  double cycle_length = 0.8, dt = 2e-5; ///< [s]
+  Integrator integrator = Integrator::imex_euler;
+  double amplitude = 52, duration = 1e-3; ///< [V/s], [s]
+  bool carried_by_potassium = true;       ///< whether I_app enters the balance of K_i
+};
+
+/// One beat of a single cell, which is advanced.
+Beat pace(const IonicModel &model, CellState &cell, const Pacing &pacing);
 
 } // namespace heartbus::ep

@@ -39,25 +39,57 @@ const InitialStates mid_states{{-85.423, 0.0165, 0.473, 0.0174, 0.00165, 0.749, 
                                 2.26167641e-08, 0.000126019073, 4.53301642, 0.000280376981, 0.970978292, 10.019444,
                                 137.981954}};
 
-constexpr unsigned chunk = 8; ///< blocks whose states stay in the innermost cache
+constexpr unsigned chunk = 8;     ///< blocks whose states stay in the innermost cache
+constexpr double scale_Ca_ss = 1; ///< [mM], half of what a beat reaches
+
+struct Chunk {
+  std::array<Lanes, chunk> v_mV;
+  std::array<States<Lanes>, chunk> y_n, y_middle, y_np1;
+  std::array<Outcome<Lanes>, chunk> outcomes;
+};
+
+HEARTBUS_INLINE void fill(Chunk &c, unsigned n_nodes, unsigned n_blocks, const double *v, const Lanes *states_n) {
+  for (unsigned node = 0; node < n_blocks * n_lanes; ++node)
+    c.v_mV[node / n_lanes][node % n_lanes] = 1e3 * v[std::min(node, n_nodes - 1)];
+  std::copy_n(states_n, n_blocks * n_kept, c.y_n.front().begin());
+}
+
+/// Returns the largest error of the cells.
+HEARTBUS_INLINE double empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, Lanes *states_np1, double *i_ion) {
+  std::copy_n(c.y_np1.front().begin(), n_blocks * n_kept, states_np1);
+  double error = 0;
+  for (unsigned node = 0; node < n_nodes; ++node) {
+    i_ion[node] = c.outcomes[node / n_lanes].I_ion[node % n_lanes];
+    error = std::max(error, c.outcomes[node / n_lanes].error[node % n_lanes]);
+  }
+  return error / scale_Ca_ss;
+}
 
 /// The two parts of a step in loops of their own: in one, the code is more than a processor keeps of decoded
 /// instructions.
-HEARTBUS_SIMD void step_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
-                              Lanes *states_np1, double dt, double *i_ion) {
-  std::array<Lanes, chunk> v_mV, I;
-  std::array<States<Lanes>, chunk> y_n, y_np1;
+HEARTBUS_SIMD double euler_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
+                                 Lanes *states_np1, double dt, double *i_ion) {
+  Chunk c;
   const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
-  for (unsigned node = 0; node < n_blocks * n_lanes; ++node)
-    v_mV[node / n_lanes][node % n_lanes] = 1e3 * v[std::min(node, n_nodes - 1)];
-  std::copy_n(states_n, n_blocks * n_states, y_n.front().begin());
+  fill(c, n_nodes, n_blocks, v, states_n);
   for (unsigned block = 0; block < n_blocks; ++block)
-    step_gates(cell, v_mV[block], y_n[block], y_np1[block], 1e3 * dt);
+    step_gates(cell, c.v_mV[block], c.y_n[block], c.y_np1[block], 1e3 * dt);
   for (unsigned block = 0; block < n_blocks; ++block)
-    I[block] = finish_step(cell, v_mV[block], y_n[block], y_np1[block], 1e3 * dt);
-  std::copy_n(y_np1.front().begin(), n_blocks * n_states, states_np1);
-  for (unsigned node = 0; node < n_nodes; ++node)
-    i_ion[node] = I[node / n_lanes][node % n_lanes];
+    c.outcomes[block] = finish_step(cell, c.v_mV[block], c.y_n[block], c.y_np1[block], 1e3 * dt);
+  return empty(c, n_nodes, n_blocks, states_np1, i_ion);
+}
+
+HEARTBUS_SIMD double midpoint_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
+                                    Lanes *states_np1, double dt, double *i_ion) {
+  Chunk c;
+  const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
+  fill(c, n_nodes, n_blocks, v, states_n);
+  for (unsigned block = 0; block < n_blocks; ++block)
+    step_gates_midpoint(cell, c.v_mV[block], c.y_n[block], c.y_middle[block], c.y_np1[block], 1e3 * dt);
+  for (unsigned block = 0; block < n_blocks; ++block)
+    c.outcomes[block] =
+        finish_step_midpoint(cell, c.v_mV[block], c.y_n[block], c.y_middle[block], c.y_np1[block], 1e3 * dt);
+  return empty(c, n_nodes, n_blocks, states_np1, i_ion);
 }
 
 class TTP06 : public IonicModel {
@@ -65,29 +97,43 @@ class TTP06 : public IonicModel {
   TTP06(const CellType &cell, const InitialStates &initial) : cell_(cell), initial_(initial) {}
 
   unsigned n_states() const override { return ttp06::n_states; }
+  unsigned n_kept() const override { return ttp06::n_kept; }
   unsigned calcium_state() const override { return Ca_i; }
   double calcium_to_micromolar() const override { return 1e3; }
 
   CellState initial_state(const std::string &kind) const override {
     const Row &row = kind == "published" ? initial_.published : initial_.limit_cycle;
-    return {1e-3 * row[0], {row.begin() + 1, row.end()}};
+    CellState cell{1e-3 * row[0], {row.begin() + 1, row.end()}};
+    cell.states.resize(n_kept()); // the rates are zero
+    return cell;
   }
 
-  void step(std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1, double dt,
-            double *i_ion) const override {
+  double step(Integrator integrator, std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
+              double dt, double *i_ion) const override {
+    const auto step_chunk = integrator == Integrator::imex_euler ? euler_chunk : midpoint_chunk;
+    double error = 0;
     for (std::size_t first = 0; first < n_nodes; first += chunk * n_lanes) {
-      const std::size_t states = first / n_lanes * ttp06::n_states;
-      step_chunk(cell_, std::min<std::size_t>(chunk * n_lanes, n_nodes - first), v + first, states_n + states,
-                 states_np1 + states, dt, i_ion + first);
+      const std::size_t states = first / n_lanes * n_kept();
+      const unsigned n = std::min<std::size_t>(chunk * n_lanes, n_nodes - first);
+      error =
+          std::max(error, step_chunk(cell_, n, v + first, states_n + states, states_np1 + states, dt, i_ion + first));
     }
+    return error;
   }
 
-  double step_cell(double v, std::vector<double> &states, double dt, double i_app) const override {
-    States<double> y_n, y_np1;
-    std::copy_n(states.begin(), ttp06::n_states, y_n.begin());
-    step_gates(cell_, 1e3 * v, y_n, y_np1, 1e3 * dt);
-    const double I = finish_step(cell_, 1e3 * v, y_n, y_np1, 1e3 * dt, i_app);
-    std::copy_n(y_np1.begin(), ttp06::n_states, states.begin());
+  double step_cell(Integrator integrator, double v, std::vector<double> &states, double dt,
+                   double i_app) const override {
+    States<double> y_n, y_middle, y_np1;
+    std::copy_n(states.begin(), n_kept(), y_n.begin());
+    double I;
+    if (integrator == Integrator::imex_euler) {
+      step_gates(cell_, 1e3 * v, y_n, y_np1, 1e3 * dt);
+      I = finish_step(cell_, 1e3 * v, y_n, y_np1, 1e3 * dt, i_app).I_ion;
+    } else {
+      step_gates_midpoint(cell_, 1e3 * v, y_n, y_middle, y_np1, 1e3 * dt);
+      I = finish_step_midpoint(cell_, 1e3 * v, y_n, y_middle, y_np1, 1e3 * dt, i_app).I_ion;
+    }
+    std::copy_n(y_np1.begin(), n_kept(), states.begin());
     return I;
   }
 

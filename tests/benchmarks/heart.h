@@ -16,7 +16,6 @@ inline const SceneParameters &scene() {
   static const SceneParameters parameters = [] {
     SceneParameters s;
     s.geometry.mesh = "M1";
-    s.ep.refinements = 1;
     return s;
   }();
   return parameters;

@@ -93,18 +93,22 @@ struct Bar {
   double time = 0;
   int number = 0;
 
-  static ep::Parameters make_parameters(int substeps) {
+  /// `substeps` 0: as many as the error estimate asks for.
+  static ep::Parameters make_parameters(int substeps, const std::string &integrator) {
     ep::Parameters p;
+    p.integrator = integrator;
     p.substeps = substeps;
+    p.automatic_substeps = substeps == 0;
     p.initial_state = "published";
     p.tolerance = 1e-9;
     p.stimulus.duration = 2e-3;
     p.stimulus.sites = {{"cube", {0, 0, 0}, 2e-3}};
     return p;
   }
-  Bar(double length, unsigned n_cells, const Conductivity &D, int substeps = 1)
-      : parameters(make_parameters(substeps)),
-        space(MPI_COMM_WORLD,
+  Bar(double length, unsigned n_cells, const Conductivity &D, int substeps = 1,
+      const std::string &integrator = "imex_euler", MPI_Comm communicator = MPI_COMM_WORLD)
+      : parameters(make_parameters(substeps, integrator)),
+        space(communicator,
               geometry::make_box({0, 0, 0}, {length, length / n_cells, length / n_cells}, {n_cells, 1, 1})),
         solver(space, D(space), parameters) {}
 
@@ -151,10 +155,11 @@ TEST(Monodomain, WithoutDiffusionEveryNodeFollowsTheSingleCell) {
   for (int n = 0; n < 100; ++n) {
     bar.run(1, 2e-4);
     const double i_app = n < 10 ? 35.714 : 0;
-    cell.v += 2e-4 * (i_app - model->step_cell(cell.v, cell.states, 2e-4, 0));
+    cell.v += 2e-4 * (i_app - model->step_cell(ep::Integrator::imex_euler, cell.v, cell.states, 2e-4, 0));
     v_max = std::max(v_max, cell.v);
     for (unsigned i = 0; i < bar.space.n_owned_nodes(); ++i)
-      EXPECT_NEAR(bar.solver.potential().local_element(i), cell.v, 1e-7) << "step " << n; // a return would hang other ranks
+      EXPECT_NEAR(bar.solver.potential().local_element(i), cell.v, 1e-7)
+          << "step " << n; // a return would hang other ranks
   }
   EXPECT_GT(v_max, 0.03); // it did fire
   for (const double calcium : bar.solver.calcium())
@@ -212,14 +217,62 @@ TEST(Monodomain, SubstepsAreSmallerSteps) {
 }
 
 TEST(Monodomain, SolvingAgainStartsFromTheSameOldState) {
-  Bar once(5e-3, 10, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 2), twice(5e-3, 10, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 2);
-  for (int n = 0; n < 20; ++n) {
-    once.run(1, 2e-4);
-    twice.solver.solve_step({n + 1, 0, twice.time + 2e-4, 2e-4});
-    twice.run(1, 2e-4);
+  for (const auto &[substeps, integrator] :
+       {std::pair(2, "imex_euler"), {2, "exponential_midpoint"}, {0, "exponential_midpoint"}}) {
+    const Conductivity D = diagonal(1.68e-4, 1.68e-4, 1.68e-4);
+    Bar once(5e-3, 10, D, substeps, integrator), twice(5e-3, 10, D, substeps, integrator);
+    for (int n = 0; n < 20; ++n) {
+      once.run(1, 2e-4);
+      twice.solver.solve_step({n + 1, 0, twice.time + 2e-4, 2e-4});
+      twice.run(1, 2e-4);
+    }
+    for (unsigned i = 0; i < once.space.n_owned_nodes(); ++i)
+      EXPECT_EQ(once.solver.potential().local_element(i), twice.solver.potential().local_element(i)) << integrator;
   }
-  for (unsigned i = 0; i < once.space.n_owned_nodes(); ++i)
-    EXPECT_EQ(once.solver.potential().local_element(i), twice.solver.potential().local_element(i));
+}
+
+/// By the time at which a wave has passed ten millimetres, against a step of 0.003 ms.
+TEST(Monodomain, OrderOfTheIntegratorsInTissue) {
+  const auto arrival = [](const std::string &integrator, double dt) {
+    Bar bar(10e-3, 20, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 1, integrator);
+    bar.run(int(std::lround(14e-3 / dt)), dt);
+    return bar.activation(10e-3);
+  };
+  const double exact = arrival("exponential_midpoint", 3.125e-6);
+  const auto order = [&](const std::string &integrator) {
+    return std::log2((arrival(integrator, 2.5e-5) - exact) / (arrival(integrator, 1.25e-5) - exact));
+  };
+  EXPECT_NEAR(order("imex_euler"), 1, 0.15);
+  EXPECT_GT(order("exponential_midpoint"), 1.7);
+}
+
+/// Short substeps while a wave passes, long ones before and after, and the wave is as fast as with short ones always.
+TEST(Monodomain, SubstepsAreAsShortAsTheWaveAsks) {
+  Bar bar(10e-3, 20, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 0, "exponential_midpoint"),
+      fine(10e-3, 20, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 32, "exponential_midpoint");
+  bar.run(20, 4e-4); // 8 ms: the wave is inside
+  EXPECT_GE(bar.solver.substeps(), 4u);
+  bar.run(80, 4e-4); // 40 ms: it has passed
+  EXPECT_EQ(bar.solver.substeps(), 1u);
+  fine.run(40, 4e-4);
+  EXPECT_NEAR(bar.activation(10e-3), fine.activation(10e-3), 0.012 * fine.activation(10e-3));
+}
+
+/// All ranks together decide as one alone.
+TEST(Monodomain, SubstepsDoNotDependOnRanks) {
+  const Conductivity D = diagonal(1.68e-4, 1.68e-4, 1.68e-4);
+  Bar all(10e-3, 20, D, 0, "exponential_midpoint"), alone(10e-3, 20, D, 0, "exponential_midpoint", MPI_COMM_SELF);
+  for (int n = 0; n < 50; ++n) {
+    all.run(1, 4e-4);
+    alone.run(1, 4e-4);
+    EXPECT_EQ(all.solver.substeps(), alone.solver.substeps()) << "step " << n;
+  }
+  for (unsigned i = 0; i < all.space.n_owned_nodes(); ++i)
+    for (unsigned k = 0; k < alone.space.n_owned_nodes(); ++k) {
+      const bool same_node = all.space.points()[i] == alone.space.points()[k];
+      EXPECT_TRUE(!same_node ||
+                  std::abs(all.solver.potential().local_element(i) - alone.solver.potential().local_element(k)) < 1e-7);
+    }
 }
 
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }

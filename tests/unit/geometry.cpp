@@ -165,6 +165,27 @@ TEST(Tetrahedra, FillTheSameVolumeWithTheSameBoundary) {
   EXPECT_NO_THROW(check(make_tetrahedra(make_solid(shape("ideal_left_ventricle")))));
 }
 
+TEST(LongestEdge, IsThatOfACellNotOfItsDiagonals) {
+  const Mesh box = make_box({0, 0, 0}, {2, 3, 8}, {2, 1, 2});
+  EXPECT_DOUBLE_EQ(longest_edge(box), 4);
+  EXPECT_DOUBLE_EQ(longest_edge(make_tetrahedra(box)), 5); // across the largest faces
+}
+
+/// Every mesh gets as many refinements as its edges need.
+TEST(LongestEdge, DecidesHowOftenTissueIsRefined) {
+  const std::pair<const char *, int> expected[] = {{"MXS", 3}, {"M0", 2}, {"M1", 1}, {"M2", 0}, {"M3", 0}};
+  ep::Parameters automatic, fixed;
+  fixed.automatic_refinements = false;
+  fixed.refinements = 5;
+  for (const auto &[mesh, refinements] : expected) {
+    Parameters parameters;
+    parameters.mesh = mesh;
+    const double edge = longest_edge(make_solid(parameters));
+    EXPECT_EQ(automatic.refinements_of(edge), refinements) << mesh;
+    EXPECT_EQ(fixed.refinements_of(edge), 5);
+  }
+}
+
 TEST(MeshCheck, NamesAnInvertedCell) {
   Mesh mesh = make_box({0, 0, 0}, {1, 1, 1}, {2, 1, 1});
   mesh.points[1][0] = 1.5; // beyond its neighbour
