@@ -21,7 +21,7 @@ from study import border, budget, figures, pareto, table
 from study.launch import ROOT, defaults
 from study.plan import Study
 from study.schedule import Schedule
-from study.scene import Keys, StudyError
+from study.scene import StudyError
 from study.store import Store
 
 
@@ -92,7 +92,7 @@ def workplace(study, options, known):
 def perform(options):
     known = defaults()
     if options.command == "budget":
-        return budget.explore(options, known, Keys(known), lambda study: workplace(study, options, known), run)
+        return budget.explore(options, known, lambda study: workplace(study, options, known), run)
     study = Study(options.study, known, options.base, options.settings, options.ranks)
     store, schedule, folder = workplace(study, options, known)
     if options.command == "pareto":

@@ -188,7 +188,7 @@ class Studies(unittest.TestCase):
         self.assertRegex(launch.output, "Refine next: .*; finer than needed: ")
         self.assertTrue((self.folder / "out/budget_efs1/budget.png").exists())
         self.assertIn("0 to be computed", Launch(command, self.folder).output)
-        launch = Launch([*command[:-6], "--of", "EFF"], self.folder)
+        launch = Launch([*command[:6], "--of", "EFF"], self.folder)
         self.assertEqual((launch.code, launch.output.count("\n")), (2, 1), launch.output)
 
     def test_one_calcium_serves_all_steps_and_is_paid_for(self):

@@ -83,6 +83,7 @@ class Search:
             self.points[value] = ("failed", np.nan, np.nan)
         elif state == "failed":
             print(f"{probed.name}: {self.store.reason(case)}", file=sys.stderr)
+            return  # it says nothing about stability: no more of it
         elif state == "done":
             history = History(self.store.of(case))
             column = self.study.border.get("column") or next(name for name in COLUMNS if name in history)

@@ -19,7 +19,7 @@ from results import indicators
 from . import measures
 from .figures import plt, save
 from .plan import Study
-from .scene import StudyError, lay_over, quantity, with_bases
+from .scene import StudyError, lay_over, quantity
 from .table import costs, markdown
 
 # Next finer mesh and the change of electrophysiology's refinements that keeps its edges about as long.
@@ -63,12 +63,11 @@ def scaled(text, factor):
 class Plan:
     """Runs and neighbours of a scene."""
 
-    def __init__(self, scene, keys, settings):
-        self.keys, self.runs, self.neighbours, self.notes = keys, {"scene": {}}, [], []
-        self.scene = lay_over(keys.defaults, lay_over(scene, settings))
+    def __init__(self, scene, defaults):
+        self.runs, self.neighbours, self.notes = {"scene": {}}, [], []
+        self.scene = {**lay_over(defaults, scene), "participants": scene["participants"]}
         who = self.scene["participants"]
-        self.replays, self.has_blood = {"ep", "mech"} <= who.keys() or {"ep", "fsi"} <= who.keys(), False
-        self.has_blood = "fluid" in who or "fsi" in who
+        self.replays, self.has_blood = "ep" in who and ("mech" in who or "fsi" in who), "fluid" in who or "fsi" in who
         self.step()
         if "ep" in who:
             self.own_step()
@@ -191,12 +190,10 @@ class Plan:
                      {key: float(f"{min(max(value * factor, TIGHTEST), 1e-2):.3g}") for key, value in known.items()}, ratio=100)
 
 
-def study_of(options, known, keys):
+def study_of(options, known):
     """(study, plan) of a scene."""
     scene = options.study
-    tree = with_bases(scene.resolve())
-    probe = Study(scene, known, scene, options.settings, options.ranks, {"also": {"scene": {}}})
-    plan = Plan(tree, keys, probe.base_tree)
+    plan = Plan(Study(scene, known, scene, options.settings, options.ranks, {"also": {"scene": {}}}).base_tree, known)
     end = plan.at("time.end")
     silent = {"output.every": end, "output.checkpoint.every": "0 ms"}  # once, for the mesh
     written = {"about": f"Error budget of {scene.stem}", "settings": silent, "also": plan.runs, "reference": "scene"}
@@ -288,10 +285,10 @@ def chosen_measures(words):
     return words or list(OF)
 
 
-def explore(options, known, keys, make_store, perform):
+def explore(options, known, make_store, perform):
     """Runs what is missing, writes budget.csv, .md and .png. The exit code."""
     chosen = chosen_measures(options.of)
-    study, plan = study_of(options, known, keys)
+    study, plan = study_of(options, known)
     store, schedule, folder = make_store(study)
     perform(study, store, schedule, options)
     for run in study.runs:
@@ -314,6 +311,7 @@ def write(study, plan, rows, chosen, folder):
         writer = csv.DictWriter(file, keys, restval="", extrasaction="ignore")
         writer.writeheader()
         writer.writerows(rows)
+    chosen = [name for name in chosen if any(f"error_{name}" in row for row in rows)] or chosen
     text = markdown([readable(row, chosen) for row in rows], ["run", "change", *[f"{name}, {OF[name]}" for name in chosen],
                                                               *[f"error {name}, {OF[name]}" for name in chosen], "cost"])
     lines = [text, "'error': estimate of the scene's whole error, the difference over 1 - r^-p (finer) or r^p - 1 (coarser); "
