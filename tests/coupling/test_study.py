@@ -185,6 +185,7 @@ class Studies(unittest.TestCase):
         by_finer, by_coarser = (float(rows[f"step_{which}"]["error_V"]) for which in ("finer", "coarser"))
         self.assertAlmostEqual(by_coarser / by_finer, 1, delta=0.2)  # first order: both estimate the same error
         self.assertGreater(float(rows["scheme_finer"]["error_V"]), 100 * float(rows["tolerances_finer"]["error_V"]))
+        self.assertGreater(float(rows["tolerances_coarser"]["error_V"]), 0)
         self.assertRegex(launch.output, "Refine next: .*; finer than needed: ")
         self.assertTrue((self.folder / "out/budget_efs1/budget.png").exists())
         self.assertIn("0 to be computed", Launch(command, self.folder).output)
@@ -324,7 +325,7 @@ class Budget(unittest.TestCase):
 
     def test_the_advice_is_what_takes_most_away_for_its_cost(self):
         def row(part, direction, share, cost):
-            return {"part": part, "direction": direction, "change": "x 2", "state": "done", "share": share,
+            return {"part": part, "direction": direction, "change": "x 2", "state": "done", "of": "EF", "share": share,
                     "change_share": share, "cost_ratio": cost, "extra_cost": cost - 1}
 
         rows = [row("mesh", "finer", 6, 9), row("step", "finer", 4, 1.5), row("tolerances", "finer", 0.01, 1.01),

@@ -19,7 +19,7 @@ from results import indicators
 from . import measures
 from .figures import plt, save
 from .plan import Study
-from .scene import StudyError, lay_over, quantity
+from .scene import StudyError, lay_over, number, quantity
 from .table import costs, markdown
 
 # Next finer mesh and the change of electrophysiology's refinements that keeps its edges about as long.
@@ -32,7 +32,7 @@ OF = {"EF": "points", "p_max": "mmHg", "V": "%", "p": "%", "activation": "ms"}
 MONOLITHIC = {"coupling.scheme": "E1FSinf", "participants": {"mech": None, "fluid": None, "fsi": {"program": "fsi_solver"}}}
 TOLERANCES = ["electrophysiology.tolerance", "mechanics.residual_tolerance", "mechanics.update_tolerance",
               "mechanics.linear_tolerance", "lifting.tolerance", "fluid.tolerance"]
-TIGHTER, TIGHTEST = 1e-2, 1e-13
+TIGHTER, TIGHTEST, LOOSEST = 1e-2, 1e-13, 1e-2
 COLOURS = {"finer": "#0072b2", "coarser": "#e69f00"}
 
 
@@ -44,6 +44,7 @@ class Neighbour:
     what: str
     run: str
     base: str = "scene"
+    other_base: str = ""  # taken instead when it activates the wall more like `run`: electrophysiology's edges differ, too
     ratio: float = 2
     order: float = 1
 
@@ -105,19 +106,21 @@ class Plan:
         """Electrophysiology's, at the same coupling step."""
         n, step = self.at("electrophysiology.substeps"), self.at("time.step")
         order = 1 if self.at("electrophysiology.integrator") in ({}, "imex_euler") else 2
-        more = {"order": order}
+        part, tolerance = "electrophysiology's step", number(self.at("electrophysiology.substep_tolerance"))
         if isinstance(n, int):
-            self.add("electrophysiology's step", "finer", f"{scaled(step, 1 / n)} -> {scaled(step, 0.5 / n)}", "ep_step_finer",
-                     {"electrophysiology.substeps": 2 * n}, **more)
-        elif self.replays:
-            self.add("electrophysiology's step", "finer", f"{n} within {step} -> {scaled(step, 0.5)}", "ep_step_finer",
-                     {"calcium": {"time.step": scaled(step, 0.5)}}, **more)
+            self.add(part, "finer", f"{scaled(step, 1 / n)} -> {scaled(step, 0.5 / n)}", "ep_step_finer",
+                     {"electrophysiology.substeps": 2 * n}, order=order)
         if isinstance(n, int) and n % 2 == 0:
-            self.add("electrophysiology's step", "coarser", f"{scaled(step, 1 / n)} -> {scaled(step, 2 / n)}",
-                     "ep_step_coarser", {"electrophysiology.substeps": n // 2}, **more)
-        elif self.replays and self.fits(2):  # its values in between are linear in time
-            self.add("electrophysiology's step", "coarser", f"step doubled within {scaled(step, 2)}", "ep_step_coarser",
-                     {"calcium": {"time.step": scaled(step, 2)}}, **more)
+            self.add(part, "coarser", f"{scaled(step, 1 / n)} -> {scaled(step, 2 / n)}", "ep_step_coarser",
+                     {"electrophysiology.substeps": n // 2}, order=order)
+        for direction, factor in (("finer", 0.5), ("coarser", 2)):
+            if f"ep_step_{direction}" in self.runs or not (self.replays and self.fits(factor)):
+                continue  # else by a recording with another step, which is linear in time between its instants
+            settings, what = {"time.step": scaled(step, factor)}, f"within {step} -> {scaled(step, factor)}"
+            if not isinstance(n, int) and tolerance:  # an error estimate of second order decides
+                settings["electrophysiology.substep_tolerance"] = tolerance * factor**2
+                what = f"{n} {what}, its tolerance x {factor**2:g}"
+            self.add(part, direction, what, f"ep_step_{direction}", {"calcium": settings}, order=order)
 
     def own_mesh(self):
         n = self.at("electrophysiology.refinements")
@@ -161,7 +164,8 @@ class Plan:
             settings["time.step"] = scaled(self.at("time.step"), factor)
             if isinstance(self.at("electrophysiology.substeps"), int):
                 settings["electrophysiology.substeps"] = factor * self.at("electrophysiology.substeps")
-        self.add("mesh of wall and blood", direction, what, f"mesh_{direction}", settings, base=base,
+        also = "ep_mesh_finer" if direction == "finer" and base == "scene" and "ep_mesh_finer" in self.runs else ""
+        self.add("mesh of wall and blood", direction, what, f"mesh_{direction}", settings, base=base, other_base=also,
                  ratio=max(ratio, 1 / ratio), order=2)
 
     def affordable(self, mesh):
@@ -184,10 +188,11 @@ class Plan:
             self.notes.append("scheme: E1FSinf leaves no splitting error")
 
     def tolerances(self):
-        known = {key: self.at(key) for key in TOLERANCES if isinstance(self.at(key), (int, float))}
+        known = {key: number(self.at(key)) for key in TOLERANCES if number(self.at(key))}  # YAML takes 1e-6 for a text
         for direction, factor in (("finer", TIGHTER), ("coarser", 1 / TIGHTER)):
             self.add("solver tolerances", direction, f"x {factor:g}", f"tolerances_{direction}",
-                     {key: float(f"{min(max(value * factor, TIGHTEST), 1e-2):.3g}") for key, value in known.items()}, ratio=100)
+                     {key: float(f"{min(max(value * factor, TIGHTEST), LOOSEST):.3g}") for key, value in known.items()},
+                     ratio=100)
 
 
 def study_of(options, known):
@@ -232,6 +237,15 @@ def rows_of(study, store, plan, chosen):
     def cost(name):
         return costs(store, [study.case(study.by_name[name])])["cost_s"]
 
+    def partner(each):
+        """The run that the neighbour is compared with: the one whose electrophysiology is more like its own."""
+        names = [name for name in (each.base, each.other_base) if name]
+        cases = {name: study.case(study.by_name[name]) for name in (each.run, *names)}
+        if any(store.state(case) != "done" for case in cases.values()):
+            return each.base
+        when = {name: measures.activation(store, case) for name, case in cases.items()}
+        return min(names, key=lambda name: abs(when[name] - when[each.run])) if all(when.values()) else each.base
+
     whole = scale(study, store) if store.state(study.case(study.by_name["scene"])) == "done" else {}
     rows = []
     for each in plan.neighbours:
@@ -244,15 +258,18 @@ def rows_of(study, store, plan, chosen):
         rows.append(row)
         if row["state"] != "done":
             continue
-        for name, value in difference(study, store, each.run, each.base).items():
+        base = partner(each)
+        if base == each.other_base:
+            row["change"] += f", electrophysiology's as in {base}"
+        for name, value in difference(study, store, each.run, base).items():
             if name in chosen:
                 row[f"change_{name}"] = value
                 signed = -value if each.direction == "finer" else value
-                row[f"error_{name}"] = each.factor * (abs(value) if name in ("V", "p") else signed)
+                row[f"error_{name}"] = each.factor * (abs(value) if name in ("V", "p") else signed) + 0.  # no -0
         row["cost_s"] = cost(each.run)
         row["cost_ratio"] = cost(each.run) / cost(each.base)
-        row["share"] = max((100 * abs(row[f"error_{name}"]) / whole[name] for name in chosen
-                            if f"error_{name}" in row and whole.get(name)), default=0.)
+        row["share"], row["of"] = max(((100 * abs(row[f"error_{name}"]) / whole[name], name) for name in chosen
+                                       if f"error_{name}" in row and whole.get(name)), default=(0., ""))
         row["change_share"] = row["share"] / each.factor
         row["extra_cost"] = row["cost_ratio"] - 1
     return rows
@@ -266,14 +283,14 @@ def advice(rows):
         return "No discretisation shows an error."
     worth = [row for row in finer if row["share"] >= largest / 4]
     best = max(worth, key=lambda row: row["change_share"] / max(row["extra_cost"], 0.02))
-    text = (f"Refine next: {best['part']} ({best['change']}): it takes {best['change_share']:.2g} % of error away for "
-            f"{best['cost_ratio']:.2f} times the cost")
+    text = (f"Refine next: {best['part']} ({best['change']}): it takes {best['change_share']:.2g} % of error in "
+            f"{best['of']} away for {best['cost_ratio']:.2f} times the cost")
     spare = [row for row in rows if row["direction"] == "coarser" and row["state"] == "done"
              and row["change_share"] < largest / 10 and row["cost_ratio"] < 0.97]
     spare.sort(key=lambda row: row["cost_ratio"])
     known = {row["part"] for row in rows if row["direction"] == "coarser" and row["state"] == "done"}
     small = [row for row in finer if row["share"] < largest / 20 and row["part"] not in known]
-    words = [f"{row['part']} ({row['change']} adds {row['change_share']:.2g} % for {row['cost_ratio']:.2f} times the cost)"
+    words = [f"{row['part']} ({row['change']} adds {row['change_share']:.2g} % to {row['of'] or 'nothing'} for {row['cost_ratio']:.2f} times the cost)"
              for row in spare] + [f"{row['part']} (its error is {row['share']:.2g} %)" for row in small]
     return text + "; finer than needed: " + (", ".join(words) if words else "nothing") + "."
 
@@ -305,7 +322,7 @@ def explore(options, known, make_store, perform):
 
 def write(study, plan, rows, chosen, folder):
     keys = ["part", "direction", "change", "run", "state", "order", "ratio",
-            *[f"{kind}_{name}" for name in chosen for kind in ("change", "error")], "share", "change_share", "cost_s",
+            *[f"{kind}_{name}" for name in chosen for kind in ("change", "error")], "share", "of", "change_share", "cost_s",
             "cost_ratio", "reason"]
     with open(folder / "budget.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, keys, restval="", extrasaction="ignore")

@@ -19,7 +19,7 @@ import yaml
 
 from . import measures
 from .figures import label, plt, save
-from .scene import StudyError, lay_over
+from .scene import StudyError
 
 COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
 SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p", "activation")}
@@ -176,17 +176,16 @@ def cheapest(rows, allowed):
     return min(good, key=lambda row: row[COST], default=None)
 
 
-def as_a_user(case, name):
+def as_a_user(case, name, defaults):
     """The scene of a case with electrophysiology computed in it, where the case replays what another one has recorded."""
     tree = {**case.tree, "scene": name}
-    if not case.calcium:
-        return tree
-    tree["electrophysiology"] = dict(case.calcium.tree.get("electrophysiology", {}))
-    n = tree["electrophysiology"].get("substeps", 1) * case.step / case.calcium.step if isinstance(
-        tree["electrophysiology"].get("substeps", 1), int) else None
-    if n:
-        tree["electrophysiology"]["substeps"] = max(1, round(n))
-    return lay_over(tree, {})
+    if case.calcium:
+        own = dict(case.calcium.tree.get("electrophysiology", {}))
+        n = own.get("substeps", defaults["electrophysiology"]["substeps"])
+        if isinstance(n, int):  # the same steps of its own within other steps of the coupling
+            own["substeps"] = max(1, round(n * case.step / case.calcium.step))
+        tree["electrophysiology"] = own
+    return tree
 
 
 def advise(study, store, table, words, folder):
@@ -210,7 +209,7 @@ def advise(study, store, table, words, folder):
                 print(f"Closest in {error}: {closest['run']} with {closest[error]:.3g}")
         return 1
     scene = folder / "advised.yaml"
-    tree = as_a_user(study.case(study.by_name[best["run"]]), best["run"])
+    tree = as_a_user(study.case(study.by_name[best["run"]]), best["run"], study.keys.defaults)
     scene.write_text(f"# The cheapest of {len(rows)} choices of the study {study.name} with {' '.join(words)}\n"
                      + yaml.safe_dump(tree, sort_keys=False))
     print(f"{best['run']}: {best[COST]:.1f} CPU s{share_of_reference(study, table, best)}, "

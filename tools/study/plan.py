@@ -20,8 +20,9 @@
 
 Some settings are no keys of the scene. `from: {run: NAME, time: 90 ms}` starts from the nearest checkpoint of another run,
 `from: {run: NAME, phase: ejection, after: 8 ms}` from its state so long after the phase has begun, to which that run is
-taken from its last checkpoint before; `grid: 0.8 ms` rounds that up to a multiple of all steps. `steps: 200` ends after so many steps. `repeat: 3` computes a run three times: its
-costs are medians. `calcium` as above, for a run; the name of a run is that run's calcium.
+taken from its last checkpoint before; `grid: 0.8 ms` rounds that up to a multiple of all steps. `steps: 200` ends after
+so many steps. `repeat: 3` computes a run three times: its costs are medians. `calcium` as above, for a run; the name of a
+run is that run's calcium.
 """
 import itertools
 import re
