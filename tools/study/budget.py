@@ -281,10 +281,14 @@ def advice(rows):
     largest = max((row["share"] for row in finer), default=0.)
     if not largest:
         return "No discretisation shows an error."
-    worth = [row for row in finer if row["share"] >= largest / 4]
+    worth = [row for row in finer if row["share"] >= largest / 10]
     best = max(worth, key=lambda row: row["change_share"] / max(row["extra_cost"], 0.02))
     text = (f"Refine next: {best['part']} ({best['change']}): it takes {best['change_share']:.2g} % of error in "
             f"{best['of']} away for {best['cost_ratio']:.2f} times the cost")
+    most = max(finer, key=lambda row: row["share"])
+    if most is not best:
+        text += (f"; the largest error is that of {most['part']}, {most['share']:.2g} % in {most['of']}, of which {most['change']} "
+                 f"takes {most['change_share']:.2g} % for {most['cost_ratio']:.2f} times the cost")
     spare = [row for row in rows if row["direction"] == "coarser" and row["state"] == "done"
              and row["change_share"] < largest / 10 and row["cost_ratio"] < 0.97]
     spare.sort(key=lambda row: row["cost_ratio"])
