@@ -49,6 +49,6 @@ class Case:
         if self.steps:
             return self.steps
         if self.until:
-            return 20  # less than the time from one checkpoint to the next
+            return 400  # at most, from one checkpoint to the next
         begin = self.start.when if self.start and isinstance(self.start.when, float) else 0
         return max(1, round((quantity(self.tree["time"]["end"]) - begin) / self.step))

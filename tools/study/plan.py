@@ -20,7 +20,7 @@
 
 Some settings are no keys of the scene. `from: {run: NAME, time: 90 ms}` starts from the nearest checkpoint of another run,
 `from: {run: NAME, phase: ejection, after: 8 ms}` from its state so long after the phase has begun, to which that run is
-taken from its last checkpoint before; `grid: 0.8 ms` rounds that up to a multiple of all steps. `steps: 200` ends after
+taken from its last checkpoint before, by steps 20 times shorter (a few ms: runs can be left at each 20th step only); `grid: 0.8 ms` rounds that up to a multiple of all steps. `steps: 200` ends after
 so many steps. `repeat: 3` computes a run three times: its costs are medians. `calcium` as above, for a run; the name of a
 run is that run's calcium.
 """
@@ -207,7 +207,9 @@ class Study:
             return Start(self.case(source), quantity(where["time"]))
         begun = [where["phase"], quantity(where.get("after", 0)), quantity(where.get("grid", 0))]
         case = self.case(source)
-        silent = lay_over(case.tree, {"output": {"every": "0 ms", "checkpoint": {"every": "0 ms"}}})
+        # A run can be left at every 20th step only: 20 times shorter ones end wherever one of its own does.
+        silent = lay_over(case.tree, {"time": {"step": f"{case.step / 20:.10g} s"},
+                                      "output": {"every": "0 ms", "checkpoint": {"every": "0 ms"}}})
         return Start(Case(silent, case.calcium, Start(case, ["before", *begun]), until=begun), "last")
 
     def recording(self, tree):
