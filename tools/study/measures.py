@@ -141,13 +141,13 @@ def common_curve(folder, reference, column):
 
 
 def window(folder, reference, start=None):
-    """(begin, end) of [0, first opening of the aortic valve in either), or, after a start in ejection, of what follows of
-    it. Runs that are to be compared by norms take the smallest of their windows: then an opening that moves with the step
+    """(begin, end) of [0, first opening of the aortic valve in either), or, after a start in ejection or just before it, of what follows
+    until its end. Runs that are to be compared by norms take the smallest of their windows: then an opening that moves with the step
     moves no end of a window."""
     ends = []
     for phases in history(folder).phases(), history(reference).phases():
         ejection = [(begin, end) for name, begin, end in phases
-                    if name == "ejection" and (start is None or begin - 1e-9 <= start <= end)]
+                    if name == "ejection" and (start is None or end > start)]
         if not phases or (start is not None and not ejection):
             return None
         ends.append(ejection[0][0] if ejection and start is None else ejection[0][1] if ejection else phases[-1][2])
