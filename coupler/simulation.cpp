@@ -224,6 +224,7 @@ void Simulation::add_costs(nlohmann::ordered_json &result) const {
     result["wall_s_by_work"][name] = times.parts;
     result["wall_s_by_command"][name] = times.commands;
     result["cpu_s_by_part"][name] = report.cpu_seconds - first_reports_.at(name).cpu_seconds;
+    result["start_cpu_s_by_part"][name] = first_reports_.at(name).cpu_seconds;
     result["peak_memory_MiB_by_part"][name] = report.peak_memory / MiB;
     for (const auto &set : participant.point_sets)
       result["points"][name][set.name] = set.n_points();

@@ -1,10 +1,7 @@
 #include "replay/player.h"
 
-#include "common/bus/failure.h"
-
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace heartbus::replay {
 namespace {
@@ -21,7 +18,7 @@ double spacing(const std::vector<double> &coordinates) {
 
 } // namespace
 
-Player::Player(MPI_Comm communicator, const std::string &file_name) : file_name_(file_name), recording_(file_name) {
+Player::Player(MPI_Comm communicator, const std::string &file_name) : recording_(file_name) {
   int rank, size;
   MPI_Comm_rank(communicator, &rank);
   MPI_Comm_size(communicator, &size);
@@ -40,30 +37,9 @@ void Player::declare(bus::Declaration &declaration) {
 }
 
 void Player::solve_step(const bus::Step &step) {
-  const std::vector<double> all = recording_.values(find(step));
+  const std::vector<double> all = recording_.values_at(step.time, step.iteration);
   const unsigned components = recording_.field().components;
   values_.assign(all.begin() + first_ * components, all.begin() + last_ * components);
-}
-
-std::size_t Player::find(const bus::Step &step) const {
-  const auto &steps = recording_.steps();
-  const auto [begin, end] = std::equal_range(steps.begin(), steps.end(), step.number);
-  std::ostringstream message;
-  message.precision(12);
-  message << "recording " << file_name_ << " of field '" << recording_.field().name << "' ";
-  if (end - begin <= step.iteration) {
-    message << "holds " << end - begin << " transfers in step " << step.number << "; iteration " << step.iteration
-            << " at t = " << step.time << " s has none";
-    throw Failure(ExitCode::file, message.str());
-  }
-  const std::size_t transfer = begin - steps.begin() + step.iteration;
-  const double recorded = recording_.times()[transfer];
-  if (std::abs(recorded - step.time) > 1e-9 * std::abs(step.time)) {
-    message << "was at t = " << recorded << " s in step " << step.number << ", this run is at t = " << step.time
-            << " s; play it with the steps it was recorded with";
-    throw Failure(ExitCode::file, message.str());
-  }
-  return transfer;
 }
 
 } // namespace heartbus::replay

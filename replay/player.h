@@ -10,8 +10,8 @@
 namespace heartbus::replay {
 
 /// Plays a recorded field in place of the participant that has computed it: electrophysiology once, then many runs of
-/// the mechanics with its calcium. The k-th solve of a step puts out what has been sent k-th in that step. The run must
-/// have the steps of the recording: values are not interpolated.
+/// the mechanics with its calcium. The k-th solve of a step puts out what has been sent k-th in that step, with the same
+/// bits if the run has the steps of the recording; with other steps, values are linear in time between recorded ones.
 class Player : public bus::Solver {
  public:
   Player(MPI_Comm communicator, const std::string &file_name);
@@ -21,10 +21,6 @@ class Player : public bus::Solver {
   void commit_step(const bus::Step &) override {}
 
  private:
-  /// Number of the transfer; Failure(file) when the recording has none at this step and time.
-  std::size_t find(const bus::Step &step) const;
-
-  const std::string file_name_;
   const io::RecordingReader recording_;
   std::size_t first_ = 0, last_ = 0; ///< points of this rank: an even share
   std::vector<double> values_;

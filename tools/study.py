@@ -6,6 +6,7 @@
     tools/study.py pareto configs/studies/pareto.yaml          # cost against error
     tools/study.py advise configs/studies/pareto.yaml --tolerance EF=2% p_max=3%
     tools/study.py stability configs/studies/stability_piston.yaml
+    tools/study.py budget configs/ideal_lv/efs1.yaml --of EF p_max           # what contributes what to the error of a scene
 
 Results: results/studies/<study>/ with table.csv, table.md, figures, and runs/<name>, links to results/studies/runs/, which
 all studies share. Exit code: 0, 1 when something is missing (it is said what), 2 when the study is wrong.
@@ -16,7 +17,7 @@ import os
 import sys
 from pathlib import Path
 
-from study import border, figures, pareto, table
+from study import border, budget, figures, pareto, table
 from study.launch import ROOT, defaults
 from study.plan import Study
 from study.schedule import Schedule
@@ -26,8 +27,8 @@ from study.store import Store
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=["run", "plot", "pareto", "advise", "stability"])
-    parser.add_argument("study", type=Path, help="study file; tools/study/plan.py says what is in it")
+    parser.add_argument("command", choices=["run", "plot", "pareto", "advise", "stability", "budget"])
+    parser.add_argument("study", type=Path, help="study file (tools/study/plan.py says what is in it); of budget: a scene")
     parser.add_argument("--jobs", type=int, help="runs side by side; default: cores / ranks")
     parser.add_argument("--ranks", type=int, help="MPI processes of each participant")
     parser.add_argument("--base", type=Path, help="another scene than the study's")
@@ -36,6 +37,7 @@ def arguments():
     parser.add_argument("--only", nargs="+", default=["*"], metavar="NAME", help="these runs only; * and ? as in a shell")
     parser.add_argument("--retry", action="store_true", help="repeats runs that have failed")
     parser.add_argument("--tolerance", nargs="+", default=[], metavar="EF=2%", help="of advise: errors that may be")
+    parser.add_argument("--of", nargs="+", default=[], metavar="NAME", help="of budget: EF p_max V p activation")
     parser.add_argument("--name", help="of the folder of table and figures; default: the study file's")
     parser.add_argument("--out", type=Path, default=ROOT / "results/studies", help="folder of all studies")
     return parser.parse_args()
@@ -47,11 +49,12 @@ def run(study, store, schedule, options):
     if not chosen:
         raise StudyError(f"--only {' '.join(options.only)}: no such run in {study.file}")
     if options.retry:
-        for case in [study.case(run) for run in chosen]:
+        for case in [case for run in chosen for case in study.repetitions(run)]:
             for each in (case, *case.needs):
                 store.retry(each)
     for each in chosen:
-        schedule.add(study.case(each), each.name)
+        for k, case in enumerate(study.repetitions(each)):
+            schedule.add(case, each.name + (f", repetition {k}" if k else ""))
     print(f"{study.name}: {len(chosen)} runs, {len(schedule.waiting)} to be computed, {schedule.jobs} side by side")
     schedule.work()
     return chosen
@@ -70,24 +73,32 @@ def tell(study, store, schedule, chosen, folder):
     missing = [row for row in rows if row["run"] in names and row["state"] != "done"]
     for row in missing:
         print(f"{row['state']}: {row['run']} {row.get('reason', '')}", file=sys.stderr)
+    for lack in table.lacks(study, store):
+        print(lack, file=sys.stderr)
     if schedule.obstacle:
         print(f"stopped: {schedule.obstacle}; the same command goes on", file=sys.stderr)
     return 1 if missing else 0
 
 
-def perform(options):
-    known = defaults()
-    study = Study(options.study, known, options.base, options.settings, options.ranks)
+def workplace(study, options, known):
+    """(store, schedule, folder of the results)."""
     study.name = options.name or study.name
     folder = options.out.resolve() / study.name
     folder.mkdir(parents=True, exist_ok=True)
     store = Store(options.out / "runs", known)
-    jobs = options.jobs or max(1, len(os.sched_getaffinity(0)) // study.ranks)
-    schedule = Schedule(store, jobs)
+    return store, Schedule(store, options.jobs or max(1, len(os.sched_getaffinity(0)) // study.ranks)), folder
+
+
+def perform(options):
+    known = defaults()
+    if options.command == "budget":
+        return budget.explore(options, known, lambda study: workplace(study, options, known), run)
+    study = Study(options.study, known, options.base, options.settings, options.ranks)
+    store, schedule, folder = workplace(study, options, known)
     if options.command == "pareto":
-        return pareto.draw(study, table.rows(study, store), folder)
+        return pareto.draw(study, store, table.rows(study, store), folder)
     if options.command == "advise":
-        return pareto.advise(study, table.rows(study, store), options.tolerance, folder)
+        return pareto.advise(study, store, table.rows(study, store), options.tolerance, folder)
     if study.border and options.command != "plot":
         return border.explore(study, store, schedule, options, folder)
     if study.border:

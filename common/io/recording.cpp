@@ -2,7 +2,10 @@
 
 #include "common/io/hdf5_object.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <sstream>
 
 namespace heartbus::io {
 namespace {
@@ -131,7 +134,7 @@ void RecordingWriter::append(int step, double time, const std::vector<double> &v
 
 struct RecordingReader::Implementation {
   explicit Implementation(const std::string &file_name)
-      : file(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the recording " + file_name),
+      : file_name(file_name), file(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the recording " + file_name),
         table(H5Dopen2(file, "values", H5P_DEFAULT), H5Dclose, "find values in the recording " + file_name),
         size(extent(table)), steps(read_all<int>(file, "step", H5T_NATIVE_INT)),
         times(read_all<double>(file, "time", H5T_NATIVE_DOUBLE)) {
@@ -140,6 +143,7 @@ struct RecordingReader::Implementation {
              read_all<double>(file, "points", H5T_NATIVE_DOUBLE)};
   }
 
+  const std::string file_name;
   Hdf5Object file, table;
   std::vector<hsize_t> size; ///< transfers, points, components
   RecordedField field;
@@ -167,6 +171,50 @@ std::vector<double> RecordingReader::values(std::size_t transfer) const {
   const Hdf5Object memory(H5Screate_simple(3, count.data(), nullptr), H5Sclose, "describe a row");
   require(H5Dread(from.table, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), "read a recording");
   return values;
+}
+
+void RecordingReader::refuse(const std::string &what) const {
+  throw Failure(ExitCode::file,
+                "recording " + implementation_->file_name + " of field '" + field().name + "' " + what);
+}
+
+std::size_t RecordingReader::transfer_of(std::size_t any, int k) const {
+  const auto [begin, end] = std::equal_range(steps().begin(), steps().end(), steps()[any]);
+  if (end - begin <= k)
+    refuse("holds " + std::to_string(end - begin) + " transfers in step " + std::to_string(steps()[any]) +
+           ", iteration " + std::to_string(k) + " has none");
+  return begin - steps().begin() + k;
+}
+
+std::vector<double> RecordingReader::values_at(double time, int k) const {
+  const auto &t = times();
+  if (t.empty())
+    refuse("is empty");
+  const double same = 1e-9 * std::abs(time); // recorded times are sums of steps
+  const auto after = std::lower_bound(t.begin(), t.end(), time - same);
+  std::ostringstream where;
+  where.precision(12);
+  if (after == t.end()) {
+    where << "ends at t = " << t.back() << " s, this run is at t = " << time << " s: record it until then";
+    refuse(where.str());
+  }
+  const std::size_t next = after - t.begin();
+  const std::vector<double> late = values(transfer_of(next, k));
+  if (t[next] - time <= same)
+    return late;
+  if (next == 0) {
+    const auto second = std::upper_bound(t.begin(), t.end(), t.front());
+    if (second == t.end() || time < 2 * t.front() - *second) {
+      where << "begins at t = " << t.front() << " s, this run is at t = " << time << " s: record it from there";
+      refuse(where.str());
+    }
+    return late;
+  }
+  std::vector<double> result = values(transfer_of(next - 1, k));
+  const double share = (time - t[next - 1]) / (t[next] - t[next - 1]);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] += share * (late[i] - result[i]);
+  return result;
 }
 
 } // namespace heartbus::io

@@ -39,7 +39,14 @@ class RecordingReader {
   const std::vector<double> &times() const; ///< [s]
   std::vector<double> values(std::size_t transfer) const;
 
+  /// What was sent by the k-th transfer (0-based) of a step at this time [s]; linear in time between recorded steps, the
+  /// first values during the step before the first. Failure(file) outside of the recording.
+  std::vector<double> values_at(double time, int k) const;
+
  private:
+  /// Number of the k-th transfer of the step that the transfer `any` belongs to.
+  std::size_t transfer_of(std::size_t any, int k) const;
+  [[noreturn]] void refuse(const std::string &what) const;
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
 };

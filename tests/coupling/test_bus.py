@@ -208,15 +208,15 @@ class Recording(unittest.TestCase):
         self.assertEqual(run.code, 0, run.err)
         self.assertIn("coupler heard 6 transfers", run.out)
 
-    def test_a_replay_with_another_time_step_names_both_times(self):
-        run = self.replay(steps=3, dt=0.05)
-        self.assertEqual(run.code, 8, run.err)
-        self.assertIn("was at t = 0.1 s in step 1, this run is at t = 0.05 s", run.err)
+    def test_a_replay_with_smaller_steps_is_interpolated(self):
+        run = self.replay(steps=2, dt=0.05)  # b is content with step 1, held before the recording begins, then hears it again
+        self.assertEqual(run.code, 4, run.err)
+        self.assertIn("a wrong value has arrived", run.err)
 
     def test_a_replay_beyond_the_recording_is_refused(self):
         run = self.replay(steps=4)
         self.assertEqual(run.code, 8, run.err)
-        self.assertIn("holds 0 transfers in step 4", run.err)
+        self.assertIn("ends at t = 0.3 s, this run is at t = 0.4 s", run.err)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Studies: nothing is computed twice, nothing finished is lost, mistakes are told, the border of stability is found."""
 import csv
+import json
 import os
 import signal
 import sys
@@ -11,7 +12,12 @@ from pathlib import Path
 from launch import SOURCE, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
-from study.launch import defaults  # noqa: E402
+import numpy as np  # noqa: E402
+
+from study import measures, table  # noqa: E402
+from study.budget import Neighbour, advice  # noqa: E402
+from study.growth import digits, growth  # noqa: E402
+from study.launch import beginning, checkpoint, defaults  # noqa: E402
 from study.pareto import cheapest, front, limits  # noqa: E402
 from study.plan import Study  # noqa: E402
 from study.scene import StudyError  # noqa: E402
@@ -84,6 +90,14 @@ class Studies(unittest.TestCase):
         self.assertEqual(finished, self.finished())
         self.assertEqual(table, self.table())
 
+        self.write(STUDY + "pareto: {errors: [error_p], floor: {step: {run: E1FS2_a5000, order: 1, ratio: 3}}}\n")
+        floor = float(table["E1FS2_a5000"]["error_p"]) / 2  # the reference's own error, if it is thrice as fine
+        launch = self.study("pareto")
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertIn(f"floor: error_p {floor:.2g}\n", launch.output)
+        launch = self.study("advise", "--tolerance", f"p={0.9 * floor}%")
+        self.assertEqual(launch.code, 2, launch.output)
+        self.assertIn("the reference 'E1FSinf' is itself off by", launch.output)
         launch = self.study("advise", "--tolerance", "p=100%")
         self.assertEqual(launch.code, 0, launch.output)
         self.assertRegex(launch.output, r"E1?FS\d_a\d+: .* CPU s")
@@ -131,6 +145,10 @@ class Studies(unittest.TestCase):
         self.assertRegex(row["reason"], "exit code 5: fluid.*the coupling is unstable")
         self.assertEqual(self.table()["EFS1_a5000"]["state"], "done")
         self.assertEqual(self.table()["E1FSinf"]["state"], "missing")
+        self.assertEqual(launch.output.count("reference 'E1FSinf' is missing"), 1, launch.output)
+        launch = self.study("advise", "--tolerance", "p=100%")
+        self.assertEqual(launch.code, 2, launch.output)
+        self.assertRegex(launch.output, "^error: losses: the reference 'E1FSinf' is missing.*--only E1FSinf\n$")
         self.assertIn("0 to be computed", self.study("run", "--only", "unstable").output)
         self.assertIn("1 to be computed", self.study("run", "--only", "unstable", "--retry").output)
 
@@ -155,6 +173,40 @@ class Studies(unittest.TestCase):
         self.assertTrue((self.folder / "out/losses/losses.png").exists())
 
 
+    def test_the_budget_of_the_piston_finds_what_contributes_what(self):
+        command = ["/usr/bin/python3", SOURCE / "tools/study.py", "budget", PISTON, "--out", "out", "--of", "V", "p",
+                   "--set", "time.end=8 ms", "--set", "end_pressure.ramp=4 ms"]
+        launch = Launch(command, self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        with open(self.folder / "out/budget_efs1/budget.csv", newline="") as file:
+            rows = {row["run"]: row for row in csv.DictReader(file)}
+        self.assertEqual(set(rows), {"step_finer", "step_coarser", "mesh_finer", "scheme_finer", "tolerances_finer",
+                                     "tolerances_coarser"})
+        by_finer, by_coarser = (float(rows[f"step_{which}"]["error_V"]) for which in ("finer", "coarser"))
+        self.assertAlmostEqual(by_coarser / by_finer, 1, delta=0.2)  # first order: both estimate the same error
+        self.assertGreater(float(rows["scheme_finer"]["error_V"]), 100 * float(rows["tolerances_finer"]["error_V"]))
+        self.assertGreater(float(rows["tolerances_coarser"]["error_V"]), 0)
+        self.assertRegex(launch.output, "Refine next: .*; finer than needed: ")
+        self.assertTrue((self.folder / "out/budget_efs1/budget.png").exists())
+        self.assertIn("0 to be computed", Launch(command, self.folder).output)
+        launch = Launch([*command[:6], "--of", "EFF"], self.folder)
+        self.assertEqual((launch.code, launch.output.count("\n")), (2, 1), launch.output)
+
+    def test_one_calcium_serves_all_steps_and_is_paid_for(self):
+        self.write(f"""
+base: {SOURCE}/tests/regression/small_heartbeat.yaml
+settings: {{time.end: 1.6 ms, stimulus.duration: 1 ms}}
+calcium: {{time.step: 0.4 ms, electrophysiology.substeps: 4}}
+vary: {{step: {{dt0.8: {{time.step: 0.8 ms}}, dt0.2: {{time.step: 0.2 ms}}}}}}
+reference: dt0.2
+""")
+        launch = self.study()
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertEqual(len(self.finished()), 3)
+        rows = self.table()
+        self.assertGreater(float(rows["dt0.8"]["cost_s"]), float(rows["dt0.8"]["cpu_s"]))
+
+
 class StudiesOfTheProject(unittest.TestCase):
     def test_all_can_be_read(self):
         known = defaults()
@@ -166,11 +218,11 @@ class StudiesOfTheProject(unittest.TestCase):
 
 
 class Choice(unittest.TestCase):
-    ROWS = [{"run": name, "cpu_s": cost, "error_EF": EF, "error_p_max": p}
+    ROWS = [{"run": name, "cost_s": cost, "error_EF": EF, "error_p_max": p}
             for name, cost, EF, p in (("cheap", 1, 5, 5), ("fair", 2, 1.5, 4), ("good", 3, 1, 1), ("dear", 4, 2, 0.5))]
 
     def test_the_front_is_what_no_other_beats_in_both(self):
-        self.assertEqual(front([(row["cpu_s"], row["error_EF"]) for row in self.ROWS]), [True, True, True, False])
+        self.assertEqual(front([(row["cost_s"], row["error_EF"]) for row in self.ROWS]), [True, True, True, False])
 
     def test_the_cheapest_choice_within_all_limits_is_advised(self):
         for words, name in ((["EF=2%"], "fair"), (["EF=2%", "p_max=3"], "good"), (["EF=10%"], "cheap")):
@@ -178,6 +230,107 @@ class Choice(unittest.TestCase):
         self.assertIsNone(cheapest(self.ROWS, limits(["EF=0.1%"])))
         with self.assertRaises(StudyError):
             limits(["EF 2%"])
+
+
+class Results(unittest.TestCase):
+    """Of runs that have been written by hand."""
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+
+    def write(self, name, step, opens=90e-3):
+        """V(t) = t^2 to 0.1 s as history.csv has it, one step late; a valve that opens, checkpoints every 20 steps."""
+        folder, n = self.folder / name, round(0.1 / step)
+        folder.mkdir()
+        rows = [(k * step, (max(k - 1, 0) * step)**2, "ejection" if k * step > opens + 1e-9 else "isovolumetric contraction")
+                for k in range(n + 1)]
+        (folder / "history.csv").write_text("time [s],volume [m^3],phase\n" + "".join(f"{t!r},{v!r},{p}\n" for t, v, p in rows))
+        for k in range(20, n + 1, 20):
+            (folder / f"checkpoints/{k}").mkdir(parents=True)
+            (folder / f"checkpoints/{k}/manifest.json").write_text(json.dumps({"time": k * step}))
+        return folder
+
+    def test_volumes_are_compared_at_the_time_they_belong_to(self):
+        coarse, fine = self.write("coarse", 0.8e-3), self.write("fine", 0.2e-3)
+        self.assertLess(measures.errors(coarse, fine)["error_V"], 1e-10)
+
+    def test_a_start_in_a_phase_is_its_very_beginning(self):
+        folder = self.write("run", 0.2e-3, opens=90.8e-3)
+        self.assertAlmostEqual(beginning(folder, "ejection", 0), 90.8e-3)
+        self.assertAlmostEqual(beginning(folder, "ejection", 0, 0.8e-3), 91.2e-3)
+        self.assertAlmostEqual(checkpoint(folder, ["before", "ejection", 0, 0], 0)[1], 88e-3)
+        with self.assertRaises(StudyError):
+            beginning(folder, "filling", 0)
+
+    def test_an_opening_that_moves_moves_no_window(self):
+        runs = [self.write("early", 0.2e-3, opens=85e-3), self.write("late", 0.2e-3, opens=95e-3)]
+        spans = [measures.window(folder, folder) for folder in runs]
+        self.assertEqual(measures.common(spans), (0, spans[0][1]))
+        self.assertAlmostEqual(spans[0][1], 85e-3)
+
+    def test_repetitions_are_runs_of_their_own_and_their_median_counts(self):
+        (self.folder / "three.yaml").write_text(f"base: {PISTON}\nalso: {{once: {{}}, thrice: {{repeat: 3}}}}\n")
+        study = Study(self.folder / "three.yaml", defaults())
+        once, thrice = (study.repetitions(run) for run in study.runs)
+        self.assertEqual([case.fingerprint for case in once], [thrice[0].fingerprint])
+        self.assertEqual(len({case.fingerprint for case in thrice}), 3)
+
+        class Known:
+            def state(self, _):
+                return "done"
+
+            def of(_, case):
+                folder = self.folder / case.fingerprint
+                folder.mkdir(exist_ok=True)
+                (folder / "indicators.json").write_text(json.dumps({"cpu_s": [5., 4., 9.][case.repetition]}))
+                return folder
+        self.assertEqual(table.costs(Known(), thrice), {"cost_s": 5, "repetitions": 3, "cost_min_s": 4, "cost_max_s": 9})
+
+
+class Border(unittest.TestCase):
+    def state(self, signal):
+        return growth(np.asarray(signal)).state
+
+    def test_slow_growth_behind_a_transient_is_seen(self):
+        n = np.arange(200)
+        for transient, start, rate in ((0.9, 1e-6, 1.01), (0.9, 1e-4, 1.003), (0.97, 1e-5, 1.05)):
+            found = growth(transient**n + start * rate**n)
+            self.assertEqual(found.state, "growing")
+            self.assertAlmostEqual(found.rate / np.log(rate), 1, delta=0.35)
+            self.assertEqual(self.state(transient**n + start * (-rate)**n), "growing")
+
+    def test_what_decays_is_stable_whatever_floor_it_falls_to(self):
+        n, noise = np.arange(200), np.random.default_rng(1).random(200)
+        for signal in (0.95**n, 0.997**n * (1 + 0.05 * noise), 0.8**n + 1e-7 * noise, (-0.98)**n, 0.99**n * np.cos(0.3 * n)):
+            self.assertEqual(self.state(signal), "stable")
+
+    def test_what_neither_grows_nor_decays_is_not_called_either(self):
+        self.assertEqual(self.state(1 + 0.01 * np.random.default_rng(1).random(200)), "undecided")
+        self.assertEqual(self.state(np.ones(20)), "undecided")
+
+    def test_a_border_has_the_digits_of_its_uncertainty(self):
+        for value, uncertainty, text in ((25080, 400, "25.1e3 ± 0.4e3"), (25080, 1400, "25.1e3 ± 1.4e3"),
+                                         (580123, 58000, "580e3 ± 60e3"), (25080, 19, "25.080e3 ± 0.019e3"),
+                                         (0.0123, 0.002, "12e-3 ± 2e-3"), (12.3, 4, "12 ± 4")):
+            self.assertEqual(digits(value, uncertainty), text)
+
+
+class Budget(unittest.TestCase):
+    def test_a_difference_is_as_much_of_the_error_as_its_order_says(self):
+        for direction, ratio, order, factor in (("finer", 2, 1, 2), ("finer", 2, 2, 4 / 3), ("coarser", 2, 1, 1),
+                                                ("coarser", 2, 2, 1 / 3), ("finer", np.inf, 1, 1)):
+            self.assertAlmostEqual(Neighbour("", direction, "", "", ratio=ratio, order=order).factor, factor)
+
+    def test_the_advice_is_what_takes_most_away_for_its_cost(self):
+        def row(part, direction, share, cost):
+            return {"part": part, "direction": direction, "change": "x 2", "state": "done", "of": "EF", "share": share,
+                    "change_share": share, "cost_ratio": cost, "extra_cost": cost - 1}
+
+        rows = [row("mesh", "finer", 6, 9), row("step", "finer", 4, 1.5), row("tolerances", "finer", 0.01, 1.01),
+                row("tolerances", "coarser", 0.02, 0.8), row("step", "coarser", 5, 0.6)]
+        self.assertRegex(advice(rows), r"^Refine next: step .* 1.50 times .*the largest error is that of mesh.*finer than needed: tolerances [^,]*\.$")
 
 
 if __name__ == "__main__":

@@ -35,9 +35,29 @@ TEST_F(RecordingFile, ReadsBackEveryBitThatWasWritten) {
   EXPECT_EQ(reader.values(1), second);
 }
 
+TEST_F(RecordingFile, IsLinearInTimeBetweenItsSteps) {
+  {
+    RecordingWriter writer(name_, field);
+    writer.append(1, 0.2, {1, 1, 1, 1, 1, 1});
+    writer.append(2, 0.4, {2, 4, 1, 0, -1, 1});
+    writer.append(2, 0.4, {7, 7, 7, 7, 7, 7}); // a second transfer of the step
+  }
+  const RecordingReader reader(name_);
+  EXPECT_EQ(reader.values_at(0.4 * (1 + 1e-12), 0), reader.values(1)); // to the bit
+  EXPECT_EQ(reader.values_at(0.4, 1), reader.values(2));
+  const std::vector<double> between = reader.values_at(0.25, 0), expected{1.25, 1.75, 1, 0.75, 0.5, 1};
+  for (int i = 0; i < 6; ++i)
+    EXPECT_NEAR(between[i], expected[i], 1e-14);
+  EXPECT_EQ(reader.values_at(0.1, 0), reader.values(0)); // within the first step
+  EXPECT_THROW(reader.values_at(0.25, 1), Failure);      // step 1 has no second transfer
+  EXPECT_THROW(reader.values_at(0.41, 0), Failure);
+  EXPECT_THROW(reader.values_at(-0.01, 0), Failure);
+}
+
 TEST_F(RecordingFile, CanBeEmpty) {
   { RecordingWriter writer(name_, field); }
   EXPECT_TRUE(RecordingReader(name_).steps().empty());
+  EXPECT_THROW(RecordingReader(name_).values_at(0.1, 0), Failure);
 }
 
 TEST_F(RecordingFile, RefusesAWrongNumberOfValues) {

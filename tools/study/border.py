@@ -5,14 +5,17 @@ disagree by more and more from step to step.
       key: alpha                       # what is varied
       unit: kg/(m^2 s)
       values: [4000, 16000, 64000]     # looked at in any case; refined between the last stable and the first unstable one
-      precision: 0.02                  # the border is bracketed by values closer than this share, then interpolated
-      column: volume_defect            # of history.csv, whose growth is fitted over the last three quarters of the run;
-                                       # 'disagreement' when left out, which sees local motions as well
+      precision: 0.02                  # the border is bracketed by values closer than this share
+      column: volume_defect            # of history.csv, whose growth is fitted as growth.py says; 'disagreement' when left
+                                       # out, which sees local motions as well
       closed_form: [impedance]         # curves drawn beside: see closed_forms.py
       x: step                          # axis of the study that is the map's abscissa, logarithmic with log_x: true
 
 Each value is a run of its own, in the store as all runs are. It is *stable* when the disagreement decays, *growing* when
-it does not, *failed* when the program has stopped it, which it does when the disagreement gets large.
+it grows, *failed* when the program has stopped it, which it does when the disagreement gets large, *undecided* when the fit
+cannot tell. The border lies between the largest stable value below all others and the smallest growing or failed one: that
+is its bracket. Where both ends have a rate, the border is where the rate between them is zero, else their geometric mean,
+and its uncertainty reaches to the farther end of the bracket; more digits than that leaves are not printed.
 """
 import csv
 import sys
@@ -23,37 +26,13 @@ from results import History
 
 from . import closed_forms
 from .figures import log_axis, plt
+from .growth import digits, growth
 from .launch import CONVERGENCE, NOT_FINITE
 from .scene import StudyError
 
 COLUMNS = ["disagreement", "volume_defect"]  # what tells an instability, the better first
 DIRICHLET = 1e8  # kg/(m^2 s): from here on a Robin condition is a Dirichlet condition
-COLOURS = {"stable": "#2a9d4e", "growing": "#f0a020", "failed": "#d03030"}
-
-
-def growth(history, column, n_steps):
-    """Logarithmic growth per step, fitted over the last three quarters of the last `n_steps` steps.
-
-    A signed column is split into the part that alternates from step to step and the rest, and the faster one counts. What
-XX
-    """
-    signal = history[column][-n_steps:]
-    signal = signal[np.isfinite(signal)]
-    if len(signal) < 40:
-        return np.nan
-    alternating = np.abs(np.diff(signal, 8)) / 256  # each difference doubles what alternates, and shrinks what is smooth
-    smooth = np.abs(signal[1:] + signal[:-1]) / 2
-    parts = [(signal, 1e-2)] if (signal >= 0).all() else [(alternating, 1e-4), (smooth, 1e-2)]
-    first = np.abs(signal[:len(signal) // 4]).max()
-    rates = [rate(part) for part, share in parts if part[-20:].max() > share * first]
-    return max(rates, default=-1.0)
-
-
-def rate(part):
-    """Slope of the logarithm of the largest of every ten."""
-    used = 3 * len(part) // 4
-    largest = np.array([some.max() for some in np.array_split(part[-used:], used // 10)])
-    return float(np.polyfit(np.arange(largest.size), np.log(np.maximum(largest, 1e-300)), 1)[0]) / 10
+COLOURS = {"stable": "#2a9d4e", "growing": "#f0a020", "failed": "#d03030", "undecided": "#888888"}
 
 
 class Search:
@@ -61,7 +40,7 @@ class Search:
 
     def __init__(self, study, store, schedule, run, retry=False):
         self.study, self.store, self.schedule, self.run, self.retry = study, store, schedule, run, retry
-        self.points = {}  # value -> (state, growth)
+        self.points = {}  # value -> (state, growth's rate per step, its standard deviation)
         self.pending = set()
         self.predicted = {}
         for value in study.border["values"]:
@@ -101,42 +80,48 @@ class Search:
         self.pending.discard(value)
         case = self.study.case(probed)
         if state == "failed" and self.is_unstable(case):
-            self.points[value] = ("failed", np.nan)
+            self.points[value] = ("failed", np.nan, np.nan)
         elif state == "failed":
             print(f"{probed.name}: {self.store.reason(case)}", file=sys.stderr)
+            return  # it says nothing about stability: no more of it
         elif state == "done":
             history = History(self.store.of(case))
             column = self.study.border.get("column") or next(name for name in COLUMNS if name in history)
             if column not in history:
                 raise StudyError(f"{self.study.file}: border.column: history.csv of {probed.name} has no '{column}'")
-            rate = growth(history, column, case.n_steps)
-            self.points[value] = ("growing" if rate > 0 else "stable", rate)
+            found = growth(history[column][-case.n_steps:])
+            self.points[value] = (found.state, found.rate, found.deviation)
         if not self.pending and state != "missing":
             self.refine()
 
     def bracket(self):
-        """(last stable value below all others, first other), either may be None."""
-        stable, other = None, None
-        for value in sorted(self.points):
-            if self.points[value][0] != "stable":
-                other = value
-                break
-            stable = value
-        return stable, other
+        """(largest stable value below all unstable ones, smallest unstable one), either may be None."""
+        unstable = [value for value, point in self.points.items() if point[0] in ("growing", "failed")]
+        high = min(unstable, default=None)
+        stable = [value for value, point in self.points.items() if point[0] == "stable" and (high is None or value < high)]
+        return max(stable, default=None), high
 
     def refine(self):
+        """Halves the bracket, in its wider part when it has undecided values in it."""
         low, high = self.bracket()
-        if low and high and high / low > 1 + self.study.border.get("precision", 0.02):
-            self.probe(float(f"{np.sqrt(low * high):.4g}"))
+        if not (low and high):
+            return
+        known = sorted({low, high, *(value for value in self.points if low < value < high)})
+        below, above = max(zip(known, known[1:]), key=lambda pair: pair[1] / pair[0])
+        if len(known) > 2:  # what is undecided in the middle does not get decided by more of it: only the ends move
+            below, above = max((known[:2], known[-2:]), key=lambda pair: pair[1] / pair[0])
+        if above / below > 1 + self.study.border.get("precision", 0.02):
+            self.probe(float(f"{np.sqrt(below * above):.4g}"))
 
     def border(self):
-        """The value at which growth is zero, between the bracket's ends; None when there is no border among the values."""
+        """(value, uncertainty) of the border, None when there is none among the values."""
         low, high = self.bracket()
         if not (low and high):
             return None
-        rates = self.points[low][1], self.points[high][1]
-        share = rates[0] / (rates[0] - rates[1]) if np.isfinite(rates[1]) and rates[1] > rates[0] else 0.5
-        return low * (high / low) ** share
+        below, above = self.points[low][1], self.points[high][1]
+        fitted = np.isfinite([below, above]).all() and above > below
+        value = low * (high / low)**(-below / (above - below) if fitted else 0.5)
+        return value, max(value - low, high - value)
 
     def note_limit(self, state):
         if state == "done":
@@ -177,16 +162,16 @@ def write(study, searches, folder):
     for search in searches:
         low, high = search.bracket()
         rows.append({"run": search.run.name, **search.run.parts, "x": search.run.values.get(study.border.get("x"), ""),
-                     "stable": low or "", "unstable": high or "", "border": search.border() or "",
-                     **search.closed_forms()})
+                     "stable": low or "", "unstable": high or "", **told(search), **search.closed_forms()})
         if search.pending or not search.points:
             missing.append(search.run.name)
     put(folder / "table.csv", rows)
-    put(folder / "points.csv", [{"run": search.run.name, **search.run.parts, "value": value, "state": state, "growth": rate}
-                                for search in searches for value, (state, rate) in sorted(search.points.items())])
+    put(folder / "points.csv", [{"run": search.run.name, **search.run.parts, "value": value, "state": state, "growth": rate,
+                                 "deviation": deviation}
+                                for search in searches for value, (state, rate, deviation) in sorted(search.points.items())])
     for row in rows:
-        print("  ".join(f"{key} {value:.5g}" if isinstance(value, float) else f"{key} {value}"
-                        for key, value in row.items() if value != ""))
+        print("  ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}"
+                        for key, value in row.items() if value != "" and key not in ("border", "uncertainty")))
     if any(search.points for search in searches):
         draw(study, searches, folder / f"{study.name}.png")
     for search in searches:
@@ -195,6 +180,14 @@ def write(study, searches, folder):
     if missing:
         print("missing: " + ", ".join(missing), file=sys.stderr)
     return 1 if missing else 0
+
+
+def told(search):
+    """The border's columns of the table: numbers, and as it may be printed."""
+    found = search.border()
+    if not found:
+        return {"border": "", "uncertainty": "", "measured": ""}
+    return {"border": found[0], "uncertainty": found[1], "measured": digits(*found)}
 
 
 def put(path, rows):
@@ -247,7 +240,7 @@ def draw_map(axis, study, searches, top):
     if study.border.get("log_x"):
         log_axis(axis, [x(search) for search in searches])
     for state, colour in COLOURS.items():
-        points = [(x(search), min(value, top)) for search in searches for value, (found, _) in search.points.items()
+        points = [(x(search), min(value, top)) for search in searches for value, (found, *_) in search.points.items()
                   if found == state]
         if points:
             axis.plot(*zip(*points), "x" if state == "failed" else "o", color=colour, ms=4, alpha=0.8, label=state)
@@ -257,7 +250,8 @@ def draw_map(axis, study, searches, top):
                       xytext=(0, 4), textcoords="offset points")
     borders = [(x(search), search.border()) for search in searches if search.border()]
     if borders:
-        axis.plot(*zip(*borders), "k-", lw=1.4, label="border measured")
+        at, measured, uncertainty = zip(*[(x, *border) for x, border in borders])
+        axis.errorbar(at, measured, uncertainty, fmt="k-", lw=1.4, elinewidth=1, capsize=2, label="border measured")
     for i, form in enumerate(dict.fromkeys(form for search in searches for form in search.closed_forms())):
         curve = [(x(search), search.predicted[form]) for search in searches if form in search.predicted]
         axis.plot(*zip(*curve), ("--", ":")[i % 2], color=("C0", "C4")[i % 2], label=closed_forms.NAMES[form])

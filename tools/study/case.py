@@ -10,7 +10,7 @@ from .scene import quantity
 @dataclass
 class Start:
     case: "Case"
-    when: object  # time [s], or a phase of the heartbeat and a time from its beginning
+    when: object  # time [s]; ["before", phase, time from its beginning, grid]; "last"
 
 
 @dataclass
@@ -21,6 +21,8 @@ class Case:
     steps: int = None  # from the start; to the end of the scene, when none
     records: str = None  # a field that is recorded
     identity: dict = None  # what tells it from others, if not all of the scene
+    until: list = None  # ends [phase, time from its beginning, grid] of the run that it starts from
+    repetition: int = 0  # the same again, to see how much its times vary
 
     @cached_property
     def fingerprint(self):
@@ -29,6 +31,7 @@ class Case:
         what = [scene, self.steps, self.records, self.calcium and self.calcium.fingerprint]
         if self.start:
             what += [self.start.case.fingerprint, self.start.when]
+        what += [{key: value} for key, value in (("until", self.until), ("repetition", self.repetition)) if value]
         return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
 
     @property
@@ -45,5 +48,7 @@ class Case:
         """About, since a phase starts when it starts."""
         if self.steps:
             return self.steps
+        if self.until:
+            return 400  # at most, from one checkpoint to the next
         begin = self.start.when if self.start and isinstance(self.start.when, float) else 0
         return max(1, round((quantity(self.tree["time"]["end"]) - begin) / self.step))

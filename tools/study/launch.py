@@ -1,10 +1,12 @@
 """One run as a process: its scene written out, mpirun started as ./run does, how it ended."""
 import json
+import math
 import os
 import shlex
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import yaml
 
 from results import History
@@ -41,19 +43,29 @@ def defaults():
 
 
 def checkpoint(folder, when, apart):
-    """(folder, time) of a checkpoint: the one nearest to a time, not farther than `apart`; or of a (phase, time) the first
-    one in that phase, so long after its beginning."""
+    """(folder, time) of a checkpoint: the one nearest to a time, not farther than `apart`; the last one; or the last one
+    before what ("before", phase, time from its beginning, grid) names."""
     sets = sorted((json.loads(manifest.read_text())["time"], manifest.parent)
                   for manifest in Path(folder).glob("checkpoints/*/manifest.json"))
     if isinstance(when, float):
         sets = sorted((found for found in sets if abs(found[0] - when) <= apart), key=lambda found: abs(found[0] - when))
     else:
-        spans = [(begin + when[1], end) for name, begin, end in History(folder).phases() if name == when[0]]
-        sets = [found for found in sets if spans and spans[0][0] <= found[0] + 1e-9 <= spans[0][1]]
+        limit = np.inf if when == "last" else beginning(folder, *when[1:])
+        sets = [found for found in reversed(sets) if found[0] < limit - 1e-9]
     if not sets:
         raise StudyError(f"no checkpoint of {when} in {folder}: does that run come to it, with output.checkpoint.every and "
                          "keep?")
     return sets[0][1], sets[0][0]
+
+
+def beginning(folder, phase, after, grid=0):
+    """The instant [s] so long after a phase of the heartbeat has begun, which it has when its first step begins; the next
+    multiple of `grid` [s], if that is given."""
+    begun = [begin for name, begin, _ in History(folder).phases() if name == phase]
+    if not begun:
+        raise StudyError(f"there is no {phase} in {folder}: does that run come to it?")
+    when = begun[0] + after
+    return grid * math.ceil(when / grid - 1e-6) if grid else when
 
 
 class Launch:
@@ -82,6 +94,8 @@ class Launch:
             arguments += ["--restart", found]
         if case.steps:
             tree = lay_over(tree, {"time": {"end": f"{(self.start or 0) + case.steps * case.step:.9g} s"}})
+        if case.until:
+            tree = lay_over(tree, {"time": {"end": f"{beginning(store.of(case.start.case), *case.until):.9g} s"}})
         if case.records:
             arguments += ["--record", f"{case.records}={self.folder / (case.records + '.h5')}"]
         return arguments, tree

@@ -4,12 +4,18 @@
 |---|---|
 | error_EF, error_p_max | relative difference [%] |
 | error_ILI_C, error_ILI_R | difference [percentage points] |
+| error_activation | difference of the time at which the last point of the wall is activated [ms] |
 | error_V, error_p | of V(t) and p(t): L2 norm in time of the difference over that of the reference [%] |
 | max_V, max_p | largest difference in time [mL, mmHg] |
+| cost_s | CPU time as a user has it: what replays calcium at the price of the electrophysiology that has made it [s] |
 | h_mm | mean diameter of the wall's cells |
 | step_ms, assembly_ms, solve_ms | wall time of a mean step, and of assembly and solution for blood and wall in it |
 | contraction_*, ejection_* | maximum in time of the difference over a part of the heartbeat, see `norms` |
+
+The volume of a step's end t^{n+1} in history.csv is that of the wall at t^n, whose motion the fluid's mesh follows one step
+later: V(t) is compared at the time it belongs to, or else runs with different steps would differ by dV/dt of a step.
 """
+from functools import lru_cache
 from pathlib import Path
 
 import h5py
@@ -19,6 +25,7 @@ from results import ML, MMHG, History, indicators
 
 UNITS = {"EF_percent": "%", "p_max_mmHg": "mmHg", "ILI_C_percent": "%", "ILI_R_percent": "%", "EDV_mL": "mL",
          "ESV_mL": "mL", "cpu_s": "s", "wall_s": "s", "error_EF": "%", "error_p_max": "%", "error_ILI_C": "points",
+         "error_activation": "ms", "activation_time_ms": "ms", "cost_s": "s",
          "error_ILI_R": "points", "step_ms": "ms", "assembly_ms": "ms", "solve_ms": "ms", "h_mm": "mm", "error_V": "%", "error_p": "%", "max_V": "mL", "max_p": "mmHg"}
 NORM_UNITS = {"d": "m m^(3/2)", "u": "m/s m^(3/2)", "pressure": "Pa m^(3/2)", "V": "mL", "p": "mmHg"}
 FIELDS = {"d": ("mech", "displacement"), "u": ("fluid", "velocity"), "pressure": ("fluid", "pressure")}
@@ -27,8 +34,19 @@ USUAL = ["EF_percent", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "mean_cou
 ASSEMBLY, SOLVE = ("assembly", "residual", "tangent"), ("preconditioner", "linear solve")  # works of a participant
 
 
-def measures(folder, reference=None, start=None):
-    """All numbers of the run in a folder, which started from another's state at the time `start` if that is given."""
+@lru_cache(maxsize=6)
+def loaded(folder, _):
+    return History(folder)
+
+
+def history(folder):
+    """history.csv, read again only if it has changed."""
+    return loaded(folder, (Path(folder) / "history.csv").stat().st_mtime_ns)
+
+
+def measures(folder, reference=None, start=None, span=None):
+    """All numbers of the run in a folder, which started from another's state at the time `start` if that is given; `span`:
+    (begin, end) of what the norms are about."""
     found = {key: value for key, value in indicators(folder).items() if isinstance(value, (int, float))}
     found.update({f"wall_s_{who}_{work.replace(' ', '_')}": seconds
                   for who, all_work in indicators(folder).get("wall_s_by_work", {}).items()
@@ -38,8 +56,31 @@ def measures(folder, reference=None, start=None):
         found["h_mm"] = cell_diameter(Path(folder) / "fields/mech.h5")
     if reference is not None:
         found.update(errors(folder, reference))
-        found.update(norms(folder, reference, start))
+        found.update(norms(folder, reference, start, span or window(folder, reference, start)))
     return found
+
+
+def cost(store, case):
+    """CPU seconds of the run with its start, as if it had computed the calcium that it replays: without the replay's share,
+    with that of electrophysiology in the recording, for as many seconds of the heartbeat."""
+    own = indicators(store.of(case))
+    seconds = own["cpu_s"]
+    if case.calcium and "cpu_s_by_part" in own:
+        recording = indicators(store.of(case.calcium))
+        share = own["steps_timed"] * case.step / (recording["steps_timed"] * case.calcium.step)
+        seconds += share * price(recording, "cpu_s_by_part") + price(recording, "start_cpu_s_by_part")
+        seconds -= price(own, "cpu_s_by_part") + price(own, "start_cpu_s_by_part")
+    return seconds
+
+
+def price(known, when):
+    """CPU seconds of electrophysiology, or of what is played in its place."""
+    return known.get(when, {}).get("ep", 0)
+
+
+def activation(store, case):
+    """When the last point of the wall is activated [ms], or None; by the run that has computed the calcium."""
+    return indicators(store.of(case.calcium or case)).get("activation_time_ms")
 
 
 def times_of_a_step(known):
@@ -81,33 +122,52 @@ def errors(folder, reference):
     return result
 
 
-def common_curve(folder, reference, column):
-    """(times, values, the reference's values) at the run's times that both have; the reference may have finer steps."""
-    own, exact = History(folder), History(reference)
-    if column not in own or column not in exact:
+def curve(folder, column):
+    """(times, values) of a column of history.csv, at the times that the values belong to; None without it."""
+    own = history(folder)
+    if column not in own:
         return None
-    end = min(own.time[-1], exact.time[-1]) + 1e-9
-    within = own.time <= end
-    return own.time[within], own[column][within], np.interp(own.time[within], exact.time, exact[column])
+    return (own.time[:-1], own[column][1:]) if column == "volume" else (own.time, own[column])
 
 
-def window(folder, reference, start):
-    """(begin, end) of [0, first opening of the aortic valve), or, after a start in ejection, of what follows of it."""
+def common_curve(folder, reference, column):
+    """(times, values, the reference's values) at the run's times that both have; the reference is linear in between."""
+    own, exact = curve(folder, column), curve(reference, column)
+    if not (own and exact):
+        return None
+    (times, values), (exact_times, exact_values) = own, exact
+    within = (times >= exact_times[0] - 1e-9) & (times <= exact_times[-1] + 1e-9)
+    return times[within], values[within], np.interp(times[within], exact_times, exact_values)
+
+
+def window(folder, reference, start=None):
+    """(begin, end) of [0, first opening of the aortic valve in either), or, after a start in ejection or just before it, of what follows
+    until its end. Runs that are to be compared by norms take the smallest of their windows: then an opening that moves with the step
+    moves no end of a window."""
     ends = []
-    for phases in History(folder).phases(), History(reference).phases():
+    for phases in history(folder).phases(), history(reference).phases():
         ejection = [(begin, end) for name, begin, end in phases
-                    if name == "ejection" and (start is None or begin <= start <= end)]
+                    if name == "ejection" and (start is None or end > start)]
         if not phases or (start is not None and not ejection):
             return None
         ends.append(ejection[0][0] if ejection and start is None else ejection[0][1] if ejection else phases[-1][2])
-    return 0 if start is None else start, min(ends)
+    return start or 0, min(ends)
 
 
-def norms(folder, reference, start):
+def common(spans, layer=0.):
+    """The part of the time that all windows (begin, end) have; `layer` after their begin does not count."""
+    spans = [span for span in spans if span]
+    if not spans:
+        return None
+    begin = max(begin for begin, _ in spans)
+    return begin + layer if begin else 0., min(end for _, end in spans)
+
+
+def norms(folder, reference, start, span):
     """`PART_d`, `_u`, `_pressure`: L2 norm in space (nodal values, volumes of the reference mesh), maximum over the
-    instants at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps. PART is "contraction",
-    or "ejection" for a run that started in it."""
-    part, span = "contraction" if start is None else "ejection", window(folder, reference, start)
+    instants within `span` at which both runs have written fields; `_V` [mL], `_p` [mmHg]: maximum over the steps. PART is
+    "contraction", or "ejection" for a run that started in it."""
+    part = "contraction" if start is None else "ejection"
     if not span:
         return {}
     result = {}

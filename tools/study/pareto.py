@@ -1,20 +1,67 @@
-"""Cost against error of the runs of a study: which choices no other beats in both, and the cheapest that is good enough."""
+"""Cost against error of the runs of a study: which choices no other beats in both, and the cheapest that is good enough.
+
+    pareto:
+      errors: [error_EF, error_V]
+      runs: ["M*"]                     # the choices; all runs, when left out
+      floor:                           # how far the reference itself may be off, from neighbours of it
+        step: {run: reference_dt0.4, order: 1, ratio: 2}
+        mesh: {run: reference_M1, against: reference, order: 2, ratio: 1.5}
+
+A neighbour that is coarser by the ratio r differs from the reference by r^p - 1 times the reference's own error; what all
+neighbours say together is the floor, below which differences of two errors mean nothing.
+"""
 import csv
 import re
+from fnmatch import fnmatch
 
 import numpy as np
 import yaml
 
+from . import measures
 from .figures import label, plt, save
 from .scene import StudyError
 
-COST = "cpu_s"  # of the whole run: a heartbeat
-SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p")}
+COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
+SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p", "activation")}
+# Distinct to the colour-blind (Okabe and Ito, jfly.uni-koeln.de/color); then again, with another line around.
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#b5a900"]
+SHAPES = "osD^vP*X"
 
 
 def candidates(study, table):
     """Rows that have a cost and an error: finished runs with a reference that is not themselves."""
-    return [row for row in table if row["state"] == "done" and "error_V" in row and row.get(COST, 0) > 0]
+    wanted = study.pareto.get("runs", ["*"])
+    return [row for row in table if row["state"] == "done" and "error_V" in row and row.get(COST, 0) > 0
+            and any(fnmatch(row["run"], each) for each in wanted)]
+
+
+def need_reference(study, store):
+    """Without the reference there are no errors: said once, with what to do."""
+    if not study.reference or "{" in study.reference:
+        return
+    case = study.case(study.by_name[study.reference])
+    if store.state(case) != "done":
+        raise StudyError(f"{study.name}: the reference '{study.reference}' is {store.state(case)}"
+                         f"{': ' + store.reason(case) if store.reason(case) else ''}, so there are no errors: "
+                         f"tools/study.py run {study.file} --only {study.reference}")
+
+
+def floors(study, store, errors):
+    """({error: own error of the reference}, [runs that are missing]); empty when the study does not ask for it."""
+    total, missing = {}, []
+    for entry in study.pareto.get("floor", {}).values():
+        cases = [study.case(study.by_name[name]) for name in (entry["run"], entry.get("against", study.reference))]
+        if any(store.state(case) != "done" for case in cases):
+            missing.append(entry["run"])
+            continue
+        found = measures.errors(*map(store.of, cases))
+        activated = [measures.activation(store, case) for case in cases]
+        if all(activated):
+            found["error_activation"] = abs(activated[0] - activated[1])
+        for error in errors:
+            if error in found:
+                total[error] = total.get(error, 0.) + found[error] / (entry.get("ratio", 2)**entry.get("order", 1) - 1)
+    return total, missing
 
 
 def front(points):
@@ -22,53 +69,79 @@ def front(points):
     return [not any(c <= cost and e <= error and (c, e) != (cost, error) for c, e in points) for cost, error in points]
 
 
-def draw(study, table, folder):
+def draw(study, store, table, folder):
     """pareto_<error>.png for each error, pareto.csv. The exit code."""
+    need_reference(study, store)
     rows = candidates(study, table)
     if not rows:
         raise StudyError(f"{study.name}: no finished run with a reference yet: run the study first")
     errors = study.pareto.get("errors", ["error_EF", "error_p_max", "error_V", "error_p"])
+    floor, unknown = floors(study, store, errors)
     for error in errors:
         known = [row for row in rows if error in row]
         for row, best in zip(known, front([(row[COST], row[error]) for row in known])):
             row[f"front_{error}"] = int(best)
-        chart(study, known, error, folder / f"pareto_{error.removeprefix('error_')}.png")
-    keys = ["run", COST, *[key for error in errors for key in (error, f"front_{error}")]]
+        if known:
+            chart(study, known, error, floor.get(error), folder / f"pareto_{error.removeprefix('error_')}.png")
+    keys = ["run", COST, "cost_min_s", "cost_max_s", "repetitions",
+            *[key for error in errors for key in (error, f"front_{error}")]]
     with open(folder / "pareto.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, keys, restval="", extrasaction="ignore")
         writer.writeheader()
         writer.writerows(sorted(rows, key=lambda row: row[COST]))
+        writer.writerows([{"run": "floor", **floor}] if floor else [])
     missing = [row["run"] for row in table if row["state"] != "done"]
     print(f"{folder}/pareto.csv: {len(rows)} choices" + (f"; missing: {', '.join(missing)}" if missing else ""))
+    print("floor: " + (", ".join(f"{error} {value:.2g}" for error, value in floor.items()) or "not known")
+          + (f"; too low without {', '.join(unknown)}" if unknown else ""))
     return 1 if missing else 0
 
 
-def chart(study, rows, error, path):
+def chart(study, rows, error, floor, path):
     drawing, axis = plt.subplots(figsize=(12, 8))
     axis.set_xscale("log")
     axis.set_yscale("log")
-    floor = min([row[error] for row in rows if row[error] > 0], default=1e-12)
+    least = min([row[error] for row in rows if row[error] > 0], default=1e-12)
+    points = [(row[COST], max(row[error], least), row) for row in rows]
     schemes = list(dict.fromkeys(row.get("scheme", row["run"]) for row in rows))
-    for i, scheme in enumerate(schemes):
-        own = [row for row in rows if row.get("scheme", row["run"]) == scheme]
-        axis.plot([row[COST] for row in own], [max(row[error], floor) for row in own], "o", color=f"C{i % 10}", ms=6,
-                  label=scheme)
-    best = sorted((row[COST], max(row[error], floor)) for row in rows if row[f"front_{error}"])
-    axis.step(*zip(*best), where="post", color="0.4", lw=1, label="front")
-    axis.plot(*zip(*best), "o", mfc="none", color="black", ms=11)
+    meshes = list(dict.fromkeys(row.get("mesh", "") for row in rows))
+    for cost, value, row in points:
+        i, shape = schemes.index(row.get("scheme", row["run"])), SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
+        axis.plot(cost, value, shape, color=COLOURS[i % len(COLOURS)], ms=7, mec="0.2" if i < len(COLOURS) else "red", mew=0.5)
+        if "cost_min_s" in row:
+            axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=COLOURS[i % len(COLOURS)], lw=1)
+    best = sorted(((cost, value, row["run"]) for cost, value, row in points if row[f"front_{error}"]))
+    axis.step(*zip(*[point[:2] for point in best]), where="post", color="0.4", lw=1)
+    axis.plot(*zip(*[point[:2] for point in best]), "o", mfc="none", color="black", ms=13)
     axis.margins(0.12)
-    put_labels(drawing, axis, [(row[COST], max(row[error], floor), row["run"]) for row in rows])
-    axis.set_xlabel("cost of the run [CPU s]")
+    if floor:
+        axis.axhspan(axis.get_ylim()[0] / 10, floor, color="0.85", zorder=0)
+        axis.set_ylim(bottom=min(floor, least) / 2)
+    put_labels(drawing, axis, best, [point[:2] for point in points])
+    axis.set_xlabel("cost of the run with electrophysiology and start [CPU s]")
     axis.set_ylabel(label(error) + f" against {study.reference}")
-    axis.legend(fontsize=8, loc="best")
+    legends(axis, schemes, meshes, floor)
     save(drawing, path, study.about)
 
 
-def put_labels(drawing, axis, points):
+def legends(axis, schemes, meshes, floor):
+    """Colours of the schemes and shapes of the meshes, apart."""
+    first = [plt.Line2D([], [], ls="", marker="o", color=COLOURS[i % len(COLOURS)], label=name,
+                        mec="0.2" if i < len(COLOURS) else "red") for i, name in enumerate(schemes)]
+    second = [plt.Line2D([], [], ls="", marker=SHAPES[i % len(SHAPES)], color="0.5", label=name)
+              for i, name in enumerate(meshes) if name]
+    second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
+    if floor:
+        second += [plt.Rectangle((0, 0), 1, 1, color="0.85", label="own error of the reference: differences mean nothing")]
+    axis.add_artist(axis.legend(handles=first, fontsize=8, loc="upper right"))
+    axis.legend(handles=second, fontsize=8, loc="lower left")
+
+
+def put_labels(drawing, axis, points, all_points):
     """Names beside their points, each in the first of some places where it covers no other name and no point."""
     drawing.canvas.draw()
     pixels = axis.transData.transform([point[:2] for point in points])
-    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in pixels]
+    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in axis.transData.transform(all_points)]
     unit = drawing.dpi / 72
     for (x, y), (*_, name) in sorted(zip(pixels, points), key=lambda entry: -entry[0][1]):
         width, height = 3.9 * len(name) * unit, 8 * unit
@@ -103,9 +176,30 @@ def cheapest(rows, allowed):
     return min(good, key=lambda row: row[COST], default=None)
 
 
-def advise(study, table, words, folder):
+def as_a_user(case, name, defaults):
+    """The scene of a case with electrophysiology computed in it, where the case replays what another one has recorded."""
+    tree = {**case.tree, "scene": name}
+    if case.calcium:
+        own = dict(case.calcium.tree.get("electrophysiology", {}))
+        n = own.get("substeps", defaults["electrophysiology"]["substeps"])
+        if isinstance(n, int):  # the same steps of its own within other steps of the coupling
+            own["substeps"] = max(1, round(n * case.step / case.calcium.step))
+        tree["electrophysiology"] = own
+    return tree
+
+
+def advise(study, store, table, words, folder):
     """Names the cheapest choice and writes its scene. The exit code."""
-    allowed, rows = limits(words), candidates(study, table)
+    allowed = limits(words)
+    need_reference(study, store)
+    rows = candidates(study, table)
+    floor, unknown = floors(study, store, allowed)
+    for error, limit in allowed.items():
+        if limit < floor.get(error, 0):
+            raise StudyError(f"--tolerance {error.removeprefix('error_')}={limit:g}: the reference '{study.reference}' is itself "
+                             f"off by about {floor[error]:.2g}; ask for more than that, or give the study a finer reference")
+    if unknown:
+        print(f"The reference's own error is known in part only: {', '.join(unknown)} not finished.")
     best = cheapest(rows, allowed)
     if best is None:
         print(f"None of {len(rows)} finished runs meets {' '.join(words)}.")
@@ -115,9 +209,15 @@ def advise(study, table, words, folder):
                 print(f"Closest in {error}: {closest['run']} with {closest[error]:.3g}")
         return 1
     scene = folder / "advised.yaml"
-    tree = {**study.case(study.by_name[best["run"]]).tree, "scene": best["run"]}
+    tree = as_a_user(study.case(study.by_name[best["run"]]), best["run"], study.keys.defaults)
     scene.write_text(f"# The cheapest of {len(rows)} choices of the study {study.name} with {' '.join(words)}\n"
                      + yaml.safe_dump(tree, sort_keys=False))
-    print(f"{best['run']}: {best[COST]:.1f} CPU s, " + ", ".join(f"{error} {best[error]:.3g}" for error in allowed))
+    print(f"{best['run']}: {best[COST]:.1f} CPU s{share_of_reference(study, table, best)}, "
+          + ", ".join(f"{error} {best[error]:.3g}" + (f" (± {floor[error]:.1g})" if error in floor else "") for error in allowed))
     print(f"./run {scene}")
     return 0
+
+
+def share_of_reference(study, table, row):
+    exact = next((other for other in table if other["run"] == study.reference and other.get(COST)), None)
+    return f", {row[COST] / exact[COST]:.2g} of the reference" if exact else ""

@@ -2,7 +2,9 @@
 
     base: ../ideal_lv/efs1.yaml        # scene that all runs start from
     settings: {time.end: 0.8 s}        # of all runs; keys may be shortened as for --set
-    calcium: replay                    # electrophysiology once for each mesh and step, replayed after
+    calcium: replay                    # electrophysiology once for each mesh and step, replayed after; or settings of
+                                       # what is recorded, {time.step: 0.2 ms, substeps: 8}: one for all steps, which is
+                                       # linear in time between what was recorded
     ranks: 1                           # of each participant
     vary:                              # every combination is a run, named after its parts; or a list of such tables
       scheme: {EFS1: {scheme: EFS1}, E1FS2: {scheme: E1FS, iterations: 2}}
@@ -12,31 +14,36 @@
     paper: {EFS1: {EF_percent: 53.4}}  # numbers drawn and tabled beside those of the run of that name
     measure: [EF_percent, error_V]     # columns of the table; the usual ones, when left out
     figures: {losses: {kind: against, x: alpha, y: [ILI_C_percent]}}
-    pareto: {errors: [error_EF, error_p_max]}
+    window: {layer: 10 ms}             # of norms: time after a start in ejection that does not count
+    pareto: {errors: [error_EF, error_p_max]}     # and `floor`, see pareto.py
     border: {key: alpha, ...}          # of stability, see border.py
 
-Two settings are no keys of the scene. `from: {run: NAME, time: 90 ms}` or `from: {run: NAME, phase: ejection, after: 8 ms}`
-starts from a checkpoint of another run, the nearest one or the first one in that phase, so long after its beginning.
-`steps: 200` ends after so many steps.
+Some settings are no keys of the scene. `from: {run: NAME, time: 90 ms}` starts from the nearest checkpoint of another run,
+`from: {run: NAME, phase: ejection, after: 8 ms}` from its state so long after the phase has begun, to which that run is
+taken from its last checkpoint before, by steps 20 times shorter (a few ms: runs can be left at each 20th step only); `grid: 0.8 ms` rounds that up to a multiple of all steps. `steps: 200` ends after
+so many steps. `repeat: 3` computes a run three times: its costs are medians. `calcium` as above, for a run; the name of a
+run is that run's calcium.
 """
 import itertools
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .case import Case, Start
 from .scene import Keys, StudyError, check_keys, join, lay_over, load, number, quantity, with_bases
 
 STUDY_KEYS = ["about", "base", "settings", "calcium", "ranks", "vary", "also", "reference", "paper", "measure", "figures",
-              "pareto", "border"]
+              "window", "pareto", "border"]
 FIGURE_KEYS = {"against": ["kind", "title", "x", "x_label", "y", "by", "log", "fit", "runs"],
                "curves": ["kind", "title", "columns", "from_ms", "until_ms", "runs"],
                "bars": ["kind", "title", "y", "runs"],
                "flow": ["kind", "title", "runs"],
                "potential": ["kind", "title", "runs", "times_ms"]}
-PARETO_KEYS = ["errors", "runs"]
+WINDOW_KEYS = ["layer"]
+PARETO_KEYS = ["errors", "runs", "floor"]
+FLOOR_KEYS = ["run", "against", "order", "ratio"]
 BORDER_KEYS = ["key", "unit", "values", "precision", "column", "closed_form", "x", "x_label", "log_x"]
-OWN_SETTINGS = ["from", "steps"]
+OWN_SETTINGS = ["from", "steps", "repeat", "calcium"]
 RECORDED = ["geometry", "fibres", "electrophysiology", "time"]  # what calcium depends on
 
 
@@ -51,17 +58,17 @@ class Run:
 
 
 class Study:
-    """A study file, checked."""
+    """A study file, checked; or the tree of one that some file has led to."""
 
-    def __init__(self, file, defaults, base=None, settings=(), ranks=None):
+    def __init__(self, file, defaults, base=None, settings=(), ranks=None, tree=None):
         self.file, self.name, self.keys = Path(file), Path(file).stem, Keys(defaults)
-        tree = load(self.file)
+        tree = tree or load(self.file)
         check_keys(tree, STUDY_KEYS, self.file)
         if not (base or "base" in tree):
             raise StudyError(f"{self.file}: key 'base' is missing: which scene do the runs start from?")
-        if tree.get("calcium", "replay") != "replay":
-            raise StudyError(f"{self.file}: key 'calcium': write 'replay', or leave it out")
-        self.about, self.replays = tree.get("about", self.name), "calcium" in tree
+        self.about, self.calcium = tree.get("about", self.name), tree.get("calcium")
+        if not (self.calcium in (None, "replay") or isinstance(self.calcium, dict)):
+            raise StudyError(f"{self.file}: key 'calcium': write 'replay' or settings of what is recorded, or leave it out")
         self.ranks = ranks or tree.get("ranks", 1)
         self.reference, self.measure, self.paper = tree.get("reference"), tree.get("measure"), tree.get("paper") or {}
         base_tree = with_bases(Path(base).resolve() if base else (self.file.parent / tree["base"]).resolve())
@@ -71,6 +78,7 @@ class Study:
         self.figures = {name: self.checked(figure, f"figures.{name}", FIGURE_KEYS.get(figure.get("kind")))
                         for name, figure in (tree.get("figures") or {}).items()}
         self.pareto = self.checked(tree.get("pareto") or {}, "pareto", PARETO_KEYS)
+        self.window = self.checked(tree.get("window") or {}, "window", WINDOW_KEYS)
         self.border = self.checked(tree.get("border") or {}, "border", BORDER_KEYS)
         self.runs = self.all_runs(tree)
         self.by_name = {run.name: run for run in self.runs}
@@ -92,6 +100,11 @@ class Study:
             raise StudyError(f"{self.file}: no runs: 'vary' and 'also' are missing")
         if self.reference and "{" not in self.reference and self.reference not in names:
             raise StudyError(f"{self.file}: key 'reference': there is no run '{self.reference}' among {', '.join(names)}")
+        for name, entry in self.pareto.get("floor", {}).items():
+            self.checked(entry, f"pareto.floor.{name}", FLOOR_KEYS)
+            for key in "run", "against":
+                if entry.get(key, names[0]) not in names or "run" not in entry:
+                    raise StudyError(f"{self.file}: pareto.floor.{name}: there is no run '{entry.get(key)}'")
 
     def split(self, settings, where):
         """What is for the study itself, and the overlay of the scene."""
@@ -158,14 +171,32 @@ class Study:
         tree = lay_over(self.base_tree, run.overlay)
         for participant in tree.get("participants", {}).values():
             participant["ranks"] = self.ranks
-        calcium = self.recording(tree) if self.replays and "ep" in tree.get("participants", {}) else None
-        return Case(tree, calcium, self.start(run), run.own.get("steps"))
+        return Case(tree, self.calcium_of(run, tree), self.start(run), run.own.get("steps"))
+
+    def repetitions(self, run):
+        """The case, and those that repeat it."""
+        case = self.case(run)
+        return [case] + [replace(case, repetition=k) for k in range(1, int(run.own.get("repeat", 1)))]
+
+    def calcium_of(self, run, tree):
+        """What is played in place of electrophysiology, if anything."""
+        what = run.own.get("calcium", self.calcium)
+        if what is None or "ep" not in tree.get("participants", {}):
+            return None
+        if isinstance(what, dict):
+            where = f"{self.file}: run '{run.name}': calcium"
+            return self.recording(lay_over(tree, self.keys.overlay(what, where)))
+        if what == "replay":
+            return self.recording(tree)
+        if what not in self.by_name:
+            raise StudyError(f"{self.file}: run '{run.name}': key 'calcium': there is no run '{what}'")
+        return self.case(self.by_name[what]).calcium
 
     def start(self, run):
         where = run.own.get("from")
         if not where:
             return None
-        check_keys(where, ["run", "time", "phase", "after"], f"{self.file}: run '{run.name}': from")
+        check_keys(where, ["run", "time", "phase", "after", "grid"], f"{self.file}: run '{run.name}': from")
         try:
             source = self.by_name[str(where.get("run")).format(**run.parts)]
         except KeyError as error:
@@ -174,7 +205,12 @@ class Study:
             raise StudyError(f"{self.file}: run '{run.name}': key 'from': write either 'time' or 'phase'")
         if "time" in where:
             return Start(self.case(source), quantity(where["time"]))
-        return Start(self.case(source), (where["phase"], quantity(where.get("after", 0))))
+        begun = [where["phase"], quantity(where.get("after", 0)), quantity(where.get("grid", 0))]
+        case = self.case(source)
+        # A run can be left at every 20th step only: 20 times shorter ones end wherever one of its own does.
+        silent = lay_over(case.tree, {"time": {"step": f"{case.step / 20:.10g} s"},
+                                      "output": {"every": "0 ms", "checkpoint": {"every": "0 ms"}}})
+        return Start(Case(silent, case.calcium, Start(case, ["before", *begun]), until=begun), "last")
 
     def recording(self, tree):
         """Electrophysiology of this scene on a wall that does not contract, since nothing of its motion enters; as long

@@ -1,21 +1,37 @@
 """The table of a study: one row for each run, done or not, and the paper's rows beside."""
 import csv
 
-from .measures import USUAL, measures
+import numpy as np
+
+from .measures import USUAL, activation, common, cost, measures, window
+from .scene import quantity
 
 
 def rows(study, store):
     """[{"run", "state", axes, numbers, "reason"}] of all runs, with what is known of each."""
-    result = []
+    result, spans = [], windows(study, store)
     for run in study.runs:
         case = study.case(run)
         row = {"run": run.name, "state": store.state(case), **run.parts}
         if row["state"] == "done":
-            row.update(measures(store.of(case), *comparison(study, store, run)))
+            reference, start = comparison(study, store, run)
+            row.update(measures(store.of(case), reference, start, spans.get(start)))
+            row.update(of_electrophysiology(study, store, run, reference))
+            row.update(costs(store, study.repetitions(run)))
         elif row["state"] == "failed":
             row["reason"] = store.reason(case)
         result.append(row)
     return result
+
+
+def windows(study, store):
+    """{start: (begin, end)} of the norms: the same instants for all runs from the same state."""
+    spans = {}
+    for run in study.runs:
+        reference, start = comparison(study, store, run)
+        if reference and store.state(study.case(run)) == "done":
+            spans.setdefault(start, []).append(window(store.of(study.case(run)), reference, start))
+    return {start: common(some, quantity(study.window.get("layer", 0))) for start, some in spans.items()}
 
 
 def comparison(study, store, run):
@@ -24,6 +40,35 @@ def comparison(study, store, run):
     if reference is None or reference is run or store.state(study.case(reference)) != "done":
         return None, None
     return store.of(study.case(reference)), store.note(study.case(run)).get("start")
+
+
+def of_electrophysiology(study, store, run, reference):
+    """What a run that replays calcium has from elsewhere."""
+    own = activation(store, study.case(run))
+    exact = activation(store, study.case(study.reference_of(run))) if reference else None
+    return {**({"activation_time_ms": own} if own else {}),
+            **({"error_activation": abs(own - exact)} if own and exact else {})}
+
+
+def costs(store, cases):
+    """The median of the repetitions, and between what they lie."""
+    known = [cost(store, case) for case in cases if store.state(case) == "done"]
+    spread = {"cost_min_s": min(known), "cost_max_s": max(known)} if len(known) > 1 else {}
+    return {"cost_s": float(np.median(known)), "repetitions": len(known), **spread}
+
+
+def lacks(study, store):
+    """What is missing of the references, said once each."""
+    found = {}
+    for run in study.runs:
+        reference = study.reference_of(run)
+        if reference and store.state(study.case(reference)) != "done":
+            state, reason = store.state(study.case(reference)), store.reason(study.case(reference))
+            found[reference.name] = (f"reference '{reference.name}' is {state}{': ' + reason if reason else ''}; the table has "
+                                     f"no errors against it, all that is finished is kept; "
+                                     f"tools/study.py run {study.file} --only {reference.name}"
+                                     f"{' --retry' if state == 'failed' else ''}")
+    return list(found.values())
 
 
 def paper_rows(study):
