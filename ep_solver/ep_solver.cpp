@@ -4,6 +4,7 @@
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +15,7 @@ using fem::Vector;
 
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
-    : space_(space), substeps_(parameters.substeps), model_(make_ionic_model(parameters.ionic_model)),
+    : space_(space), period_(parameters.stimulus.period), substeps_(parameters.substeps), model_(make_ionic_model(parameters.ionic_model)),
       stimulus_(parameters.stimulus, space.points()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
       calcium_(space.n_owned_nodes()) {
@@ -46,6 +47,9 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
   declaration.scalar(
       "activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
+  const double n_nodes = dealii::Utilities::MPI::sum(double(space_.n_owned_nodes()), space_.communicator());
+  declaration.scalar(
+      "activated_share", "1", [this, n_nodes] { return n_activated() / n_nodes; }, bus::Combine::sum);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
@@ -55,6 +59,9 @@ void EPSolver::solve_step(const bus::Step &step) {
   np1_.v = n_.v;
   np1_.v_before = n_.v_before;
   np1_.activation = n_.activation;
+  beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
+  if (step.time - step.size < beat_begin_ + 1e-9 * period_)
+    np1_.activation.assign(np1_.activation.size(), std::numeric_limits<double>::quiet_NaN());
   for (int k = 0; k < substeps_; ++k)
     advance(step.time - (substeps_ - 1 - k) * dt, dt, k == 0 ? n_.ionic : np1_.ionic, np1_);
   model_->get_calcium(space_.n_owned_nodes(), np1_.ionic, calcium_.data());
@@ -77,7 +84,7 @@ void EPSolver::advance(double time, double dt, const std::vector<Lanes> &ionic_n
   for (unsigned node = 0; node < n_nodes; ++node) {
     const double v_n = state.v_before.local_element(node), v_np1 = state.v.local_element(node);
     if (std::isnan(state.activation[node]) && v_n < 0 && v_np1 >= 0)
-      state.activation[node] = time - dt * v_np1 / (v_np1 - v_n);
+      state.activation[node] = time - dt * v_np1 / (v_np1 - v_n) - beat_begin_;
   }
 }
 
@@ -132,6 +139,10 @@ void EPSolver::write(double time) {
   writer_->nodal("potential", 1, n_.v.begin());
   writer_->nodal("calcium", 1, calcium_.data());
   writer_->end();
+}
+
+double EPSolver::n_activated() const {
+  return std::count_if(n_.activation.begin(), n_.activation.end(), [](double time) { return std::isfinite(time); });
 }
 
 double EPSolver::last_activation() const {

@@ -30,9 +30,10 @@ class EPSolver : public bus::Solver {
 
   const fem::Vector &potential() const { return n_.v; }                         ///< [V]
   const std::vector<double> &calcium() const { return calcium_; }               ///< [uM], owned nodes
-  const std::vector<double> &activation_times() const { return n_.activation; } ///< [s], owned nodes; NaN: not yet
-  /// The latest activation of this rank's nodes [s]; NaN until all of them are active.
+  const std::vector<double> &activation_times() const { return n_.activation; } ///< [s] since the beat's beginning, owned nodes; NaN: not yet
+  /// The latest activation of this rank's nodes in this beat [s]; NaN until all of them are active.
   double last_activation() const;
+  double n_activated() const; ///< of this rank's nodes, in this beat
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
 
  private:
@@ -46,6 +47,7 @@ class EPSolver : public bus::Solver {
   void write(double time);
 
   const fem::LagrangeSpace &space_;
+  double period_, beat_begin_ = 0; ///< of the stimulus, which begins a beat [s]
   int substeps_;
   std::unique_ptr<IonicModel> model_;
   Stimulus stimulus_;
