@@ -127,7 +127,8 @@ void Simulation::tell_changes() const {
   if (scene_.time.until_periodic == 0)
     return;
   std::string text;
-  for (const auto &[name, percent] : last_changes(history_, scene_.time.period).items())
+  const auto changes = last_changes(history_, scene_.time.period);
+  for (const auto &[name, percent] : changes.items())
     text += (text.empty() ? "" : ", ") + name + " " + fmt::format("{:.3g} %", percent.get<double>());
   text = "the last complete beat differs from the one before by " + (text.empty() ? "nothing known" : text);
   const double wanted = 100 * scene_.time.until_periodic;
