@@ -70,8 +70,8 @@ class Beats(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = Path(temporary.name)
-        # EDV, ESV and p_max of this scene change by some percent from the first beat to the second
-        cls.periodic = [f"time.beats={ALLOWED}", "until_periodic=10 %", "checkpoint.every=160 ms", "checkpoint.keep=100"]
+        # EDV, ESV and p_max of this scene change by one percent from the first beat to the second
+        cls.periodic = [f"time.beats={ALLOWED}", "until_periodic=3 %", "checkpoint.every=160 ms", "checkpoint.keep=100"]
         cls.text = run(cls.folder, "out", *cls.periodic)
         cls.found = indicators(cls.folder / "out")
 
@@ -87,10 +87,9 @@ class Beats(unittest.TestCase):
     def test_the_second_beat_has_all_phases_and_ejects(self):
         second = self.found["beats"][1]
         names = [phase["name"] for phase in second["phases"]]
-        order = [names.index(name) for name in
-                 ("filling", "isovolumetric contraction", "ejection", "isovolumetric relaxation")]
+        order = [names.index(name) for name in ("isovolumetric contraction", "ejection", "isovolumetric relaxation")]
         self.assertEqual(order, sorted(order))
-        self.assertEqual(names[-1], "filling")
+        self.assertIn("filling", names[order[-1] :])
         self.assertGreater(second["EF_percent"], 30)
         self.assertGreater(second["ILI_C_percent"], 0)
 
@@ -103,7 +102,7 @@ class Beats(unittest.TestCase):
         self.assertLess(len(self.found["beats"]), ALLOWED)
         self.assertIn("periodic: the last complete beat differs from the one before by EDV ", self.text)
         for name, percent in self.found["beats"][-1]["change_percent"].items():
-            self.assertLess(percent, 10, name)
+            self.assertLess(percent, 3, name)
         steps = self.found["steps"]
         self.assertTrue((self.folder / f"out/checkpoints/{steps:06}/manifest.json").exists())
 
