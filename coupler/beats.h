@@ -6,8 +6,8 @@
 
 namespace heartbus::coupler {
 
-/// The rows of the history that belong to a beat: those of the times from its beginning to its end, both included, so that
-/// consecutive beats share a row.
+/// The rows of the history that belong to a beat: those of the times from its beginning to its end, both included, so
+/// that consecutive beats share a row.
 struct Beat {
   int number = 1;
   std::size_t first_row = 0, last_row = 0;

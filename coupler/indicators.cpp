@@ -97,8 +97,7 @@ Json of_beat(const History &history, const std::vector<Phase> &all, const Beat &
 void add_changes(const Json &before, Json &beat) {
   for (const auto &[name, key] : {std::pair{"EDV", "EDV_mL"}, {"ESV", "ESV_mL"}, {"p_max", "p_max_mmHg"}})
     if (before.contains(key) && beat.contains(key))
-      beat["change_percent"][name] =
-          100 * std::abs(beat[key].get<double>() / before[key].get<double>() - 1);
+      beat["change_percent"][name] = 100 * std::abs(beat[key].get<double>() / before[key].get<double>() - 1);
 }
 
 Json all_beats(const History &history, double period) {

@@ -15,8 +15,8 @@ double isovolumetric_loss(const std::vector<double> &volume, const Rows &rows);
 ///     EDV_mL                    largest volume from the beat's beginning to the beginning of ejection
 ///     ESV_mL                    smallest volume from there on; once ejection has ended
 ///     EF_percent                (EDV - ESV) / EDV of this very beat
-///     ILI_C_percent             loss from the closing of the mitral valve (at first: from the start) to the opening of the aortic
-///     ILI_R_percent             loss from the closing of the aortic valve to the opening of the mitral
+///     ILI_C_percent             loss from the closing of the mitral valve (at first: from the start) to the opening of
+///     the aortic ILI_R_percent             loss from the closing of the aortic valve to the opening of the mitral
 ///     p_max_mmHg                largest mean pressure
 ///     activation_time_ms        of the last point, since the beat's beginning; activated_percent when some are missing
 ///     J_min, wall_volume_min_percent, clamped_share_max_percent       of the wall, see mech_solver

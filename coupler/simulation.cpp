@@ -135,7 +135,8 @@ void Simulation::tell_changes() const {
   if (is_periodic())
     log_->info("periodic: {}; less than {:g} % was wanted", text, wanted);
   else
-    log_->warn("not periodic within 'time.beats: {}': {}; less than {:g} % was wanted", scene_.time.beats, text, wanted);
+    log_->warn("not periodic within 'time.beats: {}': {}; less than {:g} % was wanted", scene_.time.beats, text,
+               wanted);
 }
 
 void Simulation::begin_trace() {

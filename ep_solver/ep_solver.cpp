@@ -15,8 +15,8 @@ using fem::Vector;
 
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
-    : space_(space), period_(parameters.stimulus.period), substeps_(parameters.substeps), model_(make_ionic_model(parameters.ionic_model)),
-      stimulus_(parameters.stimulus, space.points()),
+    : space_(space), period_(parameters.stimulus.period), substeps_(parameters.substeps),
+      model_(make_ionic_model(parameters.ionic_model)), stimulus_(parameters.stimulus, space.points()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
       calcium_(space.n_owned_nodes()) {
   const CellState cell = model_->initial_state(parameters.initial_state);

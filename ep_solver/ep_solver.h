@@ -28,12 +28,14 @@ class EPSolver : public bus::Solver {
   std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   void finish() override;
 
-  const fem::Vector &potential() const { return n_.v; }                         ///< [V]
-  const std::vector<double> &calcium() const { return calcium_; }               ///< [uM], owned nodes
-  const std::vector<double> &activation_times() const { return n_.activation; } ///< [s] since the beat's beginning, owned nodes; NaN: not yet
+  const fem::Vector &potential() const { return n_.v; }           ///< [V]
+  const std::vector<double> &calcium() const { return calcium_; } ///< [uM], owned nodes
+  const std::vector<double> &activation_times() const {
+    return n_.activation;
+  } ///< [s] since the beat's beginning, owned nodes; NaN: not yet
   /// The latest activation of this rank's nodes in this beat [s]; NaN until all of them are active.
   double last_activation() const;
-  double n_activated() const; ///< of this rank's nodes, in this beat
+  double n_activated() const;                         ///< of this rank's nodes, in this beat
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
 
  private:

@@ -56,7 +56,8 @@ std::optional<std::string> Valves::decide(double t, double pressure, double mitr
     phase_ = isovolumetric_contraction;
   if (pressure > rules_.aortic_pressure + rules_.hysteresis) {
     phase_ = ejection;
-    return sentence("aortic valve opens: pressure %.6g Pa exceeds the aorta's %.6g Pa", pressure, rules_.aortic_pressure);
+    return sentence("aortic valve opens: pressure %.6g Pa exceeds the aorta's %.6g Pa", pressure,
+                    rules_.aortic_pressure);
   }
   if (pressure < rules_.mitral_pressure - rules_.hysteresis && t >= rules_.mitral_guard) {
     phase_ = filling;

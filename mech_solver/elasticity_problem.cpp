@@ -29,9 +29,10 @@ std::string complaint(bool crushed, double value, const std::array<double, 6> &c
   text << " at rest, ";
   show_point(cell[0] + cell[3], cell[1] + cell[4], cell[2] + cell[5]);
   if (crushed)
-    text << " now: J = det F = " << value << ", the least allowed is " << smallest_J
-         << ". Look at the tension (mechanics.active: tension_max, and sarcomere_length, beyond 1.7 to 2.3 um the force "
-            "model clamps it), at kappa, at the fibres there (at the apex their direction is singular), at time.step";
+    text
+        << " now: J = det F = " << value << ", the least allowed is " << smallest_J
+        << ". Look at the tension (mechanics.active: tension_max, and sarcomere_length, beyond 1.7 to 2.3 um the force "
+           "model clamps it), at kappa, at the fibres there (at the apex their direction is singular), at time.step";
   else
     text << " now: the exponent of its law is " << value << ", the largest allowed is " << largest_exponent
          << ". Look at the pressures, at the stiffness of the law, at time.step";

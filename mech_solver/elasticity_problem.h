@@ -41,8 +41,8 @@ class ElasticityProblem {
   /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
   void begin_dynamic(double dt);
   fem::NewtonSettings newton_settings() const;
-  /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns the
-  /// iterations.
+  /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
+  /// the iterations.
   unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
   // Of the last displacement looked at, this rank.
   double smallest_J() const { return smallest_J_; }
@@ -109,7 +109,7 @@ class ElasticityProblem {
   double dt_ = 0;
   fem::Vector inertia_, velocity_;
   double smallest_J_ = 1, largest_exponent_ = 0, own_volume_ = 0;
-  unsigned most_crushed_ = 0, most_stretched_ = 0; ///< slots
+  unsigned most_crushed_ = 0, most_stretched_ = 0;          ///< slots
   std::array<double, 6> crushed_cell_{}, stretched_cell_{}; ///< centre at rest, displacement: of what is refused [m]
 
   fem::NodalMatrix tangent_;

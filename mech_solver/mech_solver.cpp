@@ -75,15 +75,14 @@ void MechSolver::declare(bus::Declaration &bus) {
   declare_shares(bus);
 }
 
-/// Of the whole wall, each rank adds its own: the volume over that at rest, and of the nodes those whose sarcomere length
-/// the force model clamps.
+/// Of the whole wall, each rank adds its own: the volume over that at rest, and of the nodes those whose sarcomere
+/// length the force model clamps.
 void MechSolver::declare_shares(bus::Declaration &bus) {
   const MPI_Comm communicator = space_.communicator();
   const double n_nodes = dealii::Utilities::MPI::sum(double(space_.n_owned_nodes()), communicator),
                volume_at_rest = dealii::Utilities::MPI::sum(problem_.own_volume_at_rest(), communicator);
   bus.scalar(
-      "wall_volume", "1", [this, volume_at_rest] { return problem_.own_volume() / volume_at_rest; },
-      bus::Combine::sum);
+      "wall_volume", "1", [this, volume_at_rest] { return problem_.own_volume() / volume_at_rest; }, bus::Combine::sum);
   bus.scalar(
       "clamped_share", "1", [this, n_nodes] { return force_generation_.n_clamped() / n_nodes; }, bus::Combine::sum);
 }

@@ -34,8 +34,8 @@ struct NewtonStatistics {
 
 /// Newton's method with backtracking for r(x) = 0 that keeps its tangent for as long as that contracts well: within the
 /// solve and, since the problem holds the tangent, from one solve to the next. The residual is always exact. Converged
-/// means that the residual is small and that the next update would be (the monitor of simplified Newton methods, P. Deuflhard,
-/// Newton Methods for Nonlinear Problems, doi:10.1007/978-3-642-23899-4, section 2.1). The problem offers:
+/// means that the residual is small and that the next update would be (the monitor of simplified Newton methods, P.
+/// Deuflhard, Newton Methods for Nonlinear Problems, doi:10.1007/978-3-642-23899-4, section 2.1). The problem offers:
 ///
 ///     ResidualSize residual(const Vector &x, Vector &r);
 ///     bool has_tangent() const;
@@ -46,8 +46,8 @@ struct NewtonStatistics {
 ///
 /// That is also thrown when Newton's method stops because the states along its direction are not valid.
 ///
-/// Throws Failure(not_converged) that says where it stopped and why. When the start is not valid, it is `other_start`, which
-/// must be.
+/// Throws Failure(not_converged) that says where it stopped and why. When the start is not valid, it is `other_start`,
+/// which must be.
 template <class Problem, class Vector>
 NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, const NewtonSettings &settings,
                         const Vector *other_start = nullptr) {

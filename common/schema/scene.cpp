@@ -70,9 +70,8 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
     s.fail("beats", "must be 1 at least where 'end' is not given");
   const double last = beats * period;
   if (!whole_beats && beats > 0 && std::abs(last - end) > 1e-9 * end)
-    s.fail("end", "is " + seconds(end) + ", but 'beats: " + std::to_string(beats) + "' of " +
-                       seconds(period) + " (electrophysiology.stimulus.period) end at " + seconds(last) +
-                       "; write one of the two");
+    s.fail("end", "is " + seconds(end) + ", but 'beats: " + std::to_string(beats) + "' of " + seconds(period) +
+                      " (electrophysiology.stimulus.period) end at " + seconds(last) + "; write one of the two");
   whole_beats = beats > 0;
   if (whole_beats)
     end = last;
@@ -83,13 +82,14 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme,
-           {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
            "coupling scheme");
-  s.integer("iterations", iterations, {1, 1000},
-            "Robin-Neumann iterations in each step: of E1FS all, of adaptive the most, of by_phase while isovolumetric");
+  s.integer(
+      "iterations", iterations, {1, 1000},
+      "Robin-Neumann iterations in each step: of E1FS all, of adaptive the most, of by_phase while isovolumetric");
   s.number("tolerance", tolerance, config::between(0, 0.1),
-           "of E1FS: iterate until the Robin datum changes less than this, 'iterations' times at most; 0: always that often");
+           "of E1FS: iterate until the Robin datum changes less than this, 'iterations' times at most; 0: always that "
+           "often");
   s.choice("acceleration", acceleration, {"none", "anderson"}, "of the iterations");
   s.number("epsilon", epsilon, config::between(0, 0.1),
            "of adaptive: iterate until a step loses less than this share of the cavity's volume");
@@ -178,7 +178,8 @@ void SceneParameters::describe(config::Section &s) {
 
 void SceneParameters::check_consistency(config::Section &s) const {
   if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
-    s.fail("time", "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
+    s.fail("time",
+           "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))
     s.fail("output", "'every' (" + config::shortest(output.every) + " s) must be a multiple of 'time.step' (" +
                          config::shortest(time.step) + " s)");

@@ -163,8 +163,8 @@ TEST(MechSolver, ACrushedCellIsNamedWithWhatToLookAt) {
     FAIL() << "nothing was crushed";
   } catch (const Failure &failure) {
     EXPECT_EQ(failure.code(), ExitCode::not_finite) << failure.what();
-    for (const char *part : {"t = 0.", "the wall is crushed in the cell around (", "at rest", "now: J = det F = ",
-                             "tension_max", "sarcomere_length", "kappa", "fibres", "time.step"})
+    for (const char *part : {"t = 0.", "the wall is crushed in the cell around (", "at rest",
+                             "now: J = det F = ", "tension_max", "sarcomere_length", "kappa", "fibres", "time.step"})
       EXPECT_NE(std::string(failure.what()).find(part), std::string::npos) << failure.what();
     if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
       std::cout << failure.what() << "\n";

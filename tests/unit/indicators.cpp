@@ -109,7 +109,8 @@ TEST(Indicators, EachBeatHasItsOwn) {
   EXPECT_NEAR(second["ESV_mL"], 54, 1e-10);
   EXPECT_NEAR(second["EF_percent"], 100 * (115 - 54.) / 115, 1e-10);
   EXPECT_NEAR(second["p_max_mmHg"], 118, 1e-10);
-  EXPECT_NEAR(second["ILI_C_percent"], 100 * 3. / 115, 1e-10); // from the closing of the mitral valve, diastasis included
+  EXPECT_NEAR(second["ILI_C_percent"], 100 * 3. / 115,
+              1e-10); // from the closing of the mitral valve, diastasis included
   EXPECT_NEAR(second["ILI_R_percent"], 100 * 1. / 55, 1e-10);
   EXPECT_NEAR(second["activation_time_ms"], 95, 1e-10);
   EXPECT_EQ(second["phases"][0]["name"], "filling");
