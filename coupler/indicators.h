@@ -1,30 +1,37 @@
 #pragma once
 
-#include "coupler/history.h"
+#include "coupler/beats.h"
 
 #include <nlohmann/json.hpp>
-#include <optional>
 
 namespace heartbus::coupler {
 
-/// A stretch of steps in which the state "phase" does not change. The volume at its beginning is the one before its
-/// first step, so that consecutive phases share their ends.
-struct Phase {
-  std::string name;
-  std::size_t first_row = 0, last_row = 0; ///< rows of the history at its beginning and end
-  bool ended = false;                      ///< false: the run ended first
-};
-std::vector<Phase> phases(const History &history);
+/// Isovolumetric loss index of the paper, |V_i - V_f| / max(V_i, V_f), between two rows.
+double isovolumetric_loss(const std::vector<double> &volume, const Rows &rows);
 
-/// The first phase of this name (after the first phase `after`, unless empty) that has ended.
-std::optional<Phase> first_phase(const std::vector<Phase> &all, const std::string &name, const std::string &after = "");
+/// The solution indicators of the paper (section "Solution indicators") for each beat of `period` [s], with units in
+/// their names, as the list "beats"; at the top those of the last complete beat, or of the only one that there is:
+///
+///     EDV_mL                    largest volume from the beat's beginning to the beginning of ejection
+///     ESV_mL                    smallest volume from there on; once ejection has ended
+///     EF_percent                (EDV - ESV) / EDV of this very beat
+///     ILI_C_percent             loss from the closing of the mitral valve (at first: from the start) to the opening of
+///     the aortic ILI_R_percent             loss from the closing of the aortic valve to the opening of the mitral
+///     p_max_mmHg                largest mean pressure
+///     activation_time_ms        of the last point, since the beat's beginning; activated_percent when some are missing
+///     J_min, wall_volume_min_percent, clamped_share_max_percent       of the wall, see mech_solver
+///     mitral_closes_ms, aortic_opens_ms, aortic_closes_ms, mitral_opens_ms     since the beat's beginning
+///     phases                    names, start and end [s] since the start of the run
+///     change_percent            of EDV, ESV and p_max against the beat before
+///
+/// Without valves EDV and ESV are the extreme volumes. mean_coupling_iterations is of the whole run. What the run does
+/// not have is left out.
+nlohmann::ordered_json indicators(const History &history, double period);
 
-/// Isovolumetric loss index of the paper, |V_i - V_f| / max(V_i, V_f), of a phase.
-double isovolumetric_loss(const History &history, const Phase &phase);
+/// "change_percent" of the last complete beat; empty while there is none with one before it.
+nlohmann::ordered_json last_changes(const History &history, double period);
 
-/// The solution indicators of the paper (section "Solution indicators"), with units in their names: EF_percent,
-/// p_max_mmHg, ILI_C_percent, ILI_R_percent, EDV_mL, ESV_mL, activation_time_ms, mean_coupling_iterations, phases. What the run does not have is
-/// left out.
-nlohmann::ordered_json indicators(const History &history);
+/// Whether these are of EDV, ESV and p_max, and all below a share.
+bool are_below(const nlohmann::ordered_json &changes, double share);
 
 } // namespace heartbus::coupler

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <spdlog/fmt/fmt.h>
 #include <sys/resource.h>
 
 namespace heartbus::coupler {
@@ -87,28 +88,55 @@ void Simulation::run() {
   first_reports_ = last_reports_;
   const std::size_t rows_before = history_.rows.size();
   const auto start = std::chrono::steady_clock::now();
-  StepLog step_log(log_, time, first.number);
-  for (int n = first.number + 1; n <= time.n_steps(); ++n) {
-    const bus::Step step = time.step(n);
-    const bool stop = time.refreshes_at(n) && coordinator_.stop_requested() && n < time.n_steps();
-    const bool pauses = stop || checkpoints.due(n);
-    advance(runner, time, n, pauses);
-    csv.append(history_);
-    step_log.step(history_, step);
-    if (pauses)
-      save(runner, checkpoints, step);
-    if (stop) {
-      log_->warn("stopped on request after step {} of {}; --restart latest goes on", n, time.n_steps());
-      break;
-    }
-    if (pauses)
-      runner.refresh(step);
-  }
+  steps(runner, time, first.number, checkpoints, csv);
   add_times(runner.report(time.step(time.n_steps())));
   write_indicators(history_.rows.size() - rows_before,
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (trace_)
     end_trace();
+}
+
+void Simulation::steps(SequenceRunner &runner, const TimeControl &time, int number, const Checkpoints &checkpoints,
+                       HistoryFile &csv) {
+  StepLog step_log(log_, time, number);
+  bool stop = false, periodic = false;
+  for (++number; number <= time.n_steps() && !stop && !periodic; ++number) {
+    const bool goes_on = number < time.n_steps(), due = checkpoints.due(number);
+    const bool compares = scene_.time.until_periodic > 0 && goes_on && time.may_end_after_beat(number);
+    stop = goes_on && time.refreshes_at(number) && coordinator_.stop_requested();
+    advance(runner, time, number, stop || compares || due);
+    csv.append(history_);
+    step_log.step(history_, time.step(number));
+    periodic = compares && is_periodic();
+    if (stop || periodic || due)
+      save(runner, checkpoints, time.step(number));
+    if ((compares || due) && !stop && !periodic)
+      runner.refresh(time.step(number));
+  }
+  if (stop)
+    log_->warn("stopped on request after step {} of {}; --restart latest goes on", number - 1, time.n_steps());
+  else
+    tell_changes();
+}
+
+bool Simulation::is_periodic() const {
+  return are_below(last_changes(history_, scene_.time.period), scene_.time.until_periodic);
+}
+
+void Simulation::tell_changes() const {
+  if (scene_.time.until_periodic == 0)
+    return;
+  std::string text;
+  const auto changes = last_changes(history_, scene_.time.period);
+  for (const auto &[name, percent] : changes.items())
+    text += (text.empty() ? "" : ", ") + name + " " + fmt::format("{:.3g} %", percent.get<double>());
+  text = "the last complete beat differs from the one before by " + (text.empty() ? "nothing known" : text);
+  const double wanted = 100 * scene_.time.until_periodic;
+  if (is_periodic())
+    log_->info("periodic: {}; less than {:g} % was wanted", text, wanted);
+  else
+    log_->warn("not periodic within 'time.beats: {}': {}; less than {:g} % was wanted", scene_.time.beats, text,
+               wanted);
 }
 
 void Simulation::begin_trace() {
@@ -232,7 +260,7 @@ void Simulation::add_costs(nlohmann::ordered_json &result) const {
 }
 
 void Simulation::write_indicators(std::size_t n_steps, double wall_seconds) const {
-  nlohmann::ordered_json result = indicators(history_);
+  nlohmann::ordered_json result = indicators(history_, scene_.time.period);
   if (n_steps > 0)
     add_costs(result);
   const rusage own = own_usage();
@@ -246,10 +274,26 @@ void Simulation::write_indicators(std::size_t n_steps, double wall_seconds) cons
   result["wall_s"] = wall_seconds;
   result["cpu_s"] = cpu;
   result["peak_memory_MiB"] = memory / MiB;
+  if (result.contains("phases") && !result["beats"][0]["complete"])
+    log_->info("no beat of {:g} ms is complete: the indicators are of what there is", 1e3 * scene_.time.period);
+  print_beats(result["beats"]);
   for (const auto &[key, value] : result.items())
     if (value.is_number())
       log_->info("{:20} {:g}", key, value.get<double>());
   write_file(folder_ + "/indicators.json", result.dump(2) + "\n");
+}
+
+/// One line for each, when there are several.
+void Simulation::print_beats(const nlohmann::ordered_json &beats) const {
+  for (const auto &beat : beats) {
+    if (beats.size() == 1)
+      return;
+    std::string line;
+    for (const auto &[key, value] : beat.items())
+      if (value.is_number_float() && key != "start" && key != "end")
+        line += fmt::format("  {} {:.4g}", key, value.get<double>());
+    log_->info("beat {}{}{}", beat["beat"].get<int>(), beat["complete"] ? "" : " (incomplete)", line);
+  }
 }
 
 } // namespace heartbus::coupler

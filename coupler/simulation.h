@@ -26,12 +26,18 @@ class Simulation {
   void record(const SequenceRunner &runner);
   bus::Step begin(SequenceRunner &runner, const TimeControl &time);
   bus::Step restart(SequenceRunner &runner, const TimeControl &time);
+  /// All steps to the end, or to where the run is stopped or has become periodic.
+  void steps(SequenceRunner &runner, const TimeControl &time, int number, const Checkpoints &checkpoints,
+             HistoryFile &csv);
   void save(SequenceRunner &runner, const Checkpoints &checkpoints, const bus::Step &step);
   void add_times(const SequenceRunner::Reports &reports);
   void collect(const SequenceRunner::Reports &reports, const bus::Step &step);
   void begin_trace();
   void advance(SequenceRunner &runner, const TimeControl &time, int number, bool pauses);
   void end_trace();
+  bool is_periodic() const;
+  void tell_changes() const; ///< whether the beats became periodic, if that was asked for
+  void print_beats(const nlohmann::ordered_json &beats) const;
   void add_costs(nlohmann::ordered_json &result) const;
   void write_indicators(std::size_t n_steps, double wall_seconds) const;
 

@@ -35,6 +35,8 @@ std::string StepLog::line(const History &history, const bus::Step &step, double 
   const auto has = [&](const char *name) { return history.find(name) >= 0; };
   const auto value = [&](const char *name) { return row[history.find(name)]; };
   std::string text = fmt::format("{:7.1f} ms", step.time * 1e3);
+  if (time_.n_beats() > 1)
+    text = fmt::format("beat {} of {}  ", time_.beat(step.number), time_.n_beats()) + text;
   if (has("phase"))
     text += fmt::format("  {:25}", shown(history.columns[history.find("phase")], value("phase")));
   if (has("volume"))

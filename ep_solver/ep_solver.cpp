@@ -4,6 +4,7 @@
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,8 +15,8 @@ using fem::Vector;
 
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
-    : space_(space), control_(parameters), integrator_(integrator(parameters.integrator)),
-      model_(make_ionic_model(parameters.ionic_model)),
+    : space_(space), period_(parameters.stimulus.period), control_(parameters),
+      integrator_(integrator(parameters.integrator)), model_(make_ionic_model(parameters.ionic_model)),
       stimulus_(parameters.stimulus, space.points(), space.communicator()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
       solved_(current_), calcium_(space.n_owned_nodes()) {
@@ -48,10 +49,14 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.scalar("ep_substeps", "1", [this] { return double(substeps_); });
   declaration.scalar(
       "activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
+  const double n_nodes = dealii::Utilities::MPI::sum(double(space_.n_owned_nodes()), space_.communicator());
+  declaration.scalar(
+      "activated_share", "1", [this, n_nodes] { return n_activated() / n_nodes; }, bus::Combine::sum);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
   iterations_ = 0;
+  beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
   int n = control_.divide(step.size, n_.longest);
   double estimate;
   for (;;) {
@@ -73,6 +78,8 @@ double EPSolver::advance_by(int n_substeps, const bus::Step &step) {
   np1_.v_before = n_.v_before;
   np1_.dt_before = n_.dt_before;
   np1_.activation = n_.activation;
+  if (step.time - step.size < beat_begin_ + 1e-9 * period_)
+    np1_.activation.assign(np1_.activation.size(), std::numeric_limits<double>::quiet_NaN());
   double estimate = 0;
   for (int k = 0; k < n_substeps; ++k)
     estimate =
@@ -111,7 +118,7 @@ double EPSolver::finish_substep(double end, double dt, State &state) {
     const double v_n = v, solved = solved_.local_element(node), v_np1 = in_the_middle ? 2 * solved - v_n : solved;
     largest = std::max(largest, std::abs(v_np1 - v_n - ratio * (v_n - v_before)));
     if (std::isnan(state.activation[node]) && v_n < 0 && v_np1 >= 0)
-      state.activation[node] = end - dt * v_np1 / (v_np1 - v_n);
+      state.activation[node] = end - dt * v_np1 / (v_np1 - v_n) - beat_begin_;
     v_before = v_n;
     v = v_np1;
   }
@@ -174,6 +181,10 @@ void EPSolver::write(double time) {
   writer_->nodal("potential", 1, n_.v.begin());
   writer_->nodal("calcium", 1, calcium_.data());
   writer_->end();
+}
+
+double EPSolver::n_activated() const {
+  return std::count_if(n_.activation.begin(), n_.activation.end(), [](double time) { return std::isfinite(time); });
 }
 
 double EPSolver::last_activation() const {

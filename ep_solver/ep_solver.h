@@ -33,11 +33,14 @@ class EPSolver : public bus::Solver {
   std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   void finish() override;
 
-  const fem::Vector &potential() const { return n_.v; }                         ///< [V]
-  const std::vector<double> &calcium() const { return calcium_; }               ///< [uM], owned nodes
-  const std::vector<double> &activation_times() const { return n_.activation; } ///< [s], owned nodes; NaN: not yet
-  /// The latest activation of this rank's nodes [s]; NaN until all of them are active.
+  const fem::Vector &potential() const { return n_.v; }           ///< [V]
+  const std::vector<double> &calcium() const { return calcium_; } ///< [uM], owned nodes
+  const std::vector<double> &activation_times() const {
+    return n_.activation;
+  } ///< [s] since the beat's beginning, owned nodes; NaN: not yet
+  /// The latest activation of this rank's nodes in this beat [s]; NaN until all of them are active.
   double last_activation() const;
+  double n_activated() const;                         ///< of this rank's nodes, in this beat
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
   unsigned substeps() const { return substeps_; }     ///< of the last step
 
@@ -56,6 +59,7 @@ class EPSolver : public bus::Solver {
   void write(double time);
 
   const fem::LagrangeSpace &space_;
+  double period_, beat_begin_ = 0; ///< of the stimulus, which begins a beat [s]
   SubstepControl control_;
   Integrator integrator_;
   std::unique_ptr<IonicModel> model_;

@@ -61,9 +61,13 @@ std::optional<std::string> Valves::decide(double t, double pressure, double mitr
     return sentence("mitral valve closes: its flow %.3g mL/s is not inwards (pressure %.5g Pa)", 1e6 * mitral_flow,
                     pressure);
   }
+  // Behind closed valves the pressure rises beyond the atrium's when the wall contracts: the next beat has begun.
+  if (phase_ == diastasis && pressure > rules_.mitral_pressure + rules_.hysteresis)
+    phase_ = isovolumetric_contraction;
   if (pressure > rules_.aortic_pressure + rules_.hysteresis) {
     phase_ = ejection;
-    return sentence("aortic valve opens: pressure %.6g Pa exceeds the aorta's %.6g Pa", pressure, rules_.aortic_pressure);
+    return sentence("aortic valve opens: pressure %.6g Pa exceeds the aorta's %.6g Pa", pressure,
+                    rules_.aortic_pressure);
   }
   if (pressure < rules_.mitral_pressure - rules_.hysteresis && t >= rules_.mitral_guard) {
     phase_ = filling;

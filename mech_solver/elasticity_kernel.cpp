@@ -33,6 +33,7 @@ HEARTBUS_INLINE Lanes interpolate(const ElasticityCells &cells, unsigned q, cons
 HEARTBUS_INLINE void update(DeformationLimits &limits, const Lanes &J, const Lanes &exponent, const Lanes &weight) {
   limits.J = (weight > 0.0) & (J < limits.J) ? J : limits.J;
   limits.exponent = (weight > 0.0) & (exponent > limits.exponent) ? exponent : limits.exponent;
+  limits.volume += weight * J;
 }
 
 /// r_a += (F S g_a + N_a rho a) weight

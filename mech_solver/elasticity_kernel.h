@@ -30,9 +30,9 @@ struct ElasticityCells {
   double mass = 0; ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
 };
 
-/// The worst deformation met, by cell.
+/// The worst deformation met, and the volume [m^3], by cell.
 struct DeformationLimits {
-  Lanes J = fem::lanes(1e300), exponent = Lanes{};
+  Lanes J = fem::lanes(1e300), exponent = Lanes{}, volume = Lanes{};
 };
 
 /// Largest number of nodes of a cell that the kernels take.

@@ -1,6 +1,9 @@
 #include "mech_solver/elasticity_problem.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
 
 namespace heartbus::mech {
 
@@ -11,6 +14,32 @@ struct ElasticityProblem::CellData {
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> displacement, inertia;
   alignas(64) std::array<Lanes, max_nodes_per_cell> tension;
 };
+
+namespace {
+
+/// What is wrong with a cell, given its centre at rest and its displacement [m], and where to look for the cause.
+std::string complaint(bool crushed, double value, const std::array<double, 6> &cell, double time) {
+  std::ostringstream text;
+  text.precision(4);
+  const auto show_point = [&](double x, double y, double z) {
+    text << "(" << 1e3 * x << ", " << 1e3 * y << ", " << 1e3 * z << ") mm";
+  };
+  text << "t = " << time << " s: the wall is " << (crushed ? "crushed" : "overstretched") << " in the cell around ";
+  show_point(cell[0], cell[1], cell[2]);
+  text << " at rest, ";
+  show_point(cell[0] + cell[3], cell[1] + cell[4], cell[2] + cell[5]);
+  if (crushed)
+    text
+        << " now: J = det F = " << value << ", the least allowed is " << smallest_J
+        << ". Look at the tension (mechanics.active: tension_max, and sarcomere_length, beyond 1.7 to 2.3 um the force "
+           "model clamps it), at kappa, at the fibres there (at the apex their direction is singular), at time.step";
+  else
+    text << " now: the exponent of its law is " << value << ", the largest allowed is " << largest_exponent
+         << ". Look at the pressures, at the stiffness of the law, at time.step";
+  return text.str();
+}
+
+} // namespace
 
 ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
                                      const Parameters &parameters)
@@ -71,6 +100,34 @@ void ElasticityProblem::forget_tangent() {
   preconditioner_is_old_ = true;
 }
 
+std::array<double, 6> ElasticityProblem::centre(unsigned slot, const fem::Vector &d) const {
+  std::array<double, 6> place{};
+  const unsigned *nodes = space_.cell_nodes(slot), n = space_.nodes_per_cell();
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i) {
+      place[i] += space_.points()[nodes[a]][i] / n;
+      place[3 + i] += d.begin()[3 * nodes[a] + i] / n;
+    }
+  return place;
+}
+
+void ElasticityProblem::refuse() const {
+  const MPI_Comm communicator = space_.communicator();
+  // not a number is worse than any
+  const double own_J = std::isfinite(smallest_J_) ? smallest_J_ : -std::numeric_limits<double>::max();
+  const double J = dealii::Utilities::MPI::min(own_J, communicator),
+               exponent = dealii::Utilities::MPI::max(largest_exponent_, communicator);
+  const bool crushed = !(J > mech::smallest_J);
+  if (!crushed && exponent < mech::largest_exponent)
+    return;
+  const bool mine = crushed ? own_J == J : largest_exponent_ == exponent;
+  const unsigned rank = dealii::Utilities::MPI::this_mpi_process(communicator),
+                 owner = dealii::Utilities::MPI::min(mine ? rank : ~0u, communicator);
+  std::array<double, 6> cell = crushed ? crushed_cell_ : stretched_cell_;
+  MPI_Bcast(cell.data(), 6, MPI_DOUBLE, owner, communicator);
+  throw Failure(ExitCode::not_finite, complaint(crushed, crushed ? J : exponent, cell, time));
+}
+
 void ElasticityProblem::set_mode(double dt) {
   if (dt != dt_)
     forget_tangent();
@@ -108,8 +165,12 @@ fem::NewtonStatistics ElasticityProblem::solve_static(fem::Vector &d) {
   return fem::newton("quasi-static elasticity", *this, d, settings);
 }
 
-void ElasticityProblem::refuse() const {
-  fem::refuse_inverted_cells(space_, smallest_J_, worst_slot_, "the displacement of the solid");
+double ElasticityProblem::own_volume_at_rest() const {
+  double volume = 0;
+  for (unsigned slot = 0; slot < space_.n_slots(); ++slot)
+    for (unsigned q = 0; q < space_.n_q() && space_.slot_owned(slot); ++q)
+      volume += space_.JxW(slot / n_lanes)[q][slot % n_lanes];
+  return volume;
 }
 
 void ElasticityProblem::solid_forces(const fem::Vector &d, fem::Vector &r) {
@@ -220,9 +281,14 @@ void ElasticityProblem::note_limits(unsigned batch, const DeformationLimits &lim
   for (unsigned lane = 0; lane < n_lanes; ++lane) {
     if (limits.J[lane] < smallest_J_) {
       smallest_J_ = limits.J[lane];
-      worst_slot_ = batch * n_lanes + lane;
+      most_crushed_ = batch * n_lanes + lane;
     }
-    largest_exponent_ = std::max(largest_exponent_, limits.exponent[lane]);
+    if (limits.exponent[lane] > largest_exponent_) {
+      largest_exponent_ = limits.exponent[lane];
+      most_stretched_ = batch * n_lanes + lane;
+    }
+    if (space_.slot_owned(batch * n_lanes + lane))
+      own_volume_ += limits.volume[lane];
   }
 }
 
@@ -230,7 +296,7 @@ void ElasticityProblem::note_limits(unsigned batch, const DeformationLimits &lim
 void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
   update_time_terms(d);
   smallest_J_ = 1e300;
-  largest_exponent_ = 0;
+  largest_exponent_ = own_volume_ = 0;
   CellData data;
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
   for (const Region &region : regions_)
@@ -261,6 +327,10 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   r.add(-1.0, load);
   fem::zero_constrained(r, constrained_);
   const bool valid = smallest_J_ > mech::smallest_J && largest_exponent_ < mech::largest_exponent;
+  if (!valid) {
+    crushed_cell_ = centre(most_crushed_, d);
+    stretched_cell_ = centre(most_stretched_, d);
+  }
   std::vector<double> sums{own_forces, fem::own_square(r), valid ? 0. : 1.};
   dealii::Utilities::MPI::sum(sums, space_.communicator(), sums);
   fem::ResidualSize size;

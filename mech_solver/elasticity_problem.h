@@ -30,6 +30,7 @@ class ElasticityProblem {
   fem::Vector tension;                             ///< active tension at the nodes, one component [Pa]
   fem::Vector load;                                ///< nodal forces on the solid [N]
   double interface_pressure = 0, end_pressure = 0; ///< follower pressures [Pa]
+  double time = 0;                                 ///< of the step, for messages [s]
   bus::Stopwatch stopwatch;
 
   /// Solve for d, starting from its value.
@@ -40,10 +41,13 @@ class ElasticityProblem {
   /// For those who run Newton's method on more than the solid: what solve_dynamic does first.
   void begin_dynamic(double dt);
   fem::NewtonSettings newton_settings() const;
-  /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns the
-  /// iterations.
+  /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
+  /// the iterations.
   unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
-  double smallest_J() const { return smallest_J_; } ///< of the last displacement looked at, this rank
+  // Of the last displacement looked at, this rank.
+  double smallest_J() const { return smallest_J_; }
+  double own_volume() const { return own_volume_; } ///< of its own cells [m^3]
+  double own_volume_at_rest() const;
 
   /// Static nodal forces of the solid alone: stress and pericardium; zero at constrained degrees of freedom.
   void solid_forces(const fem::Vector &d, fem::Vector &r);
@@ -65,7 +69,8 @@ class ElasticityProblem {
   void linearise(const fem::Vector &d);
   unsigned solve(fem::Vector &dx, const fem::Vector &r);
   double size(const fem::Vector &dx) const { return dx.linfty_norm(); }
-  /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at inverts one. Collective.
+  /// Throws Failure(not_finite) naming the worst cell when the last displacement looked at crushes or stretches one
+  /// beyond what the constitutive laws are evaluated for. Collective.
   void refuse() const;
 
  private:
@@ -88,6 +93,7 @@ class ElasticityProblem {
   void scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const;
   void add_cells(const fem::Vector &d, fem::Vector &r);
   void note_limits(unsigned batch, const DeformationLimits &limits);
+  std::array<double, 6> centre(unsigned slot, const fem::Vector &d) const; ///< at rest, and its displacement [m]
 
   const fem::LagrangeSpace &space_;
   const fem::Fibres &fibres_;
@@ -102,8 +108,9 @@ class ElasticityProblem {
   double negligible_force_; ///< [N]
   double dt_ = 0;
   fem::Vector inertia_, velocity_;
-  double smallest_J_ = 1, largest_exponent_ = 0;
-  unsigned worst_slot_ = 0;
+  double smallest_J_ = 1, largest_exponent_ = 0, own_volume_ = 0;
+  unsigned most_crushed_ = 0, most_stretched_ = 0;          ///< slots
+  std::array<double, 6> crushed_cell_{}, stretched_cell_{}; ///< centre at rest, displacement: of what is refused [m]
 
   fem::NodalMatrix tangent_;
   std::unique_ptr<fem::RoundedMatrix> rounded_tangent_; ///< for iterations

@@ -16,9 +16,13 @@ ForceGeneration::ForceGeneration(const ActiveParameters &parameters, unsigned n_
 
 void ForceGeneration::advance(double dt, const double *calcium, const double *stretch) {
   s_ = s_n_;
+  n_clamped_ = 0;
   for (unsigned node = 0; node < n_nodes_ && model_; ++node)
-    if (calcium[node] >= 0)
-      model_->advance(dt, calcium[node], parameters_.sarcomere_length * stretch[node], &s_[node * n_states_]);
+    if (calcium[node] >= 0) {
+      const double sarcomere_length = parameters_.sarcomere_length * stretch[node];
+      n_clamped_ += model_->clamps(sarcomere_length);
+      model_->advance(dt, calcium[node], sarcomere_length, &s_[node * n_states_]);
+    }
 }
 
 void ForceGeneration::visit(io::State &state) {

@@ -16,6 +16,8 @@ class ForceGeneration {
   ForceGeneration(const ActiveParameters &parameters, unsigned n_nodes);
   /// Nodes with negative calcium have not been told any and keep their state. May be repeated: starts from s^n.
   void advance(double dt, const double *calcium, const double *stretch);
+  /// At how many nodes the last advance met a sarcomere length that the model clamps.
+  unsigned n_clamped() const { return n_clamped_; }
   void commit() { s_n_ = s_; }
   /// s^n, to be saved or loaded.
   void visit(io::State &state);
@@ -27,7 +29,7 @@ class ForceGeneration {
   void tension(const std::vector<double> &states, double *values) const;
   ActiveParameters parameters_;
   std::unique_ptr<ActiveModel> model_; ///< null: none
-  unsigned n_nodes_, n_states_ = 0;
+  unsigned n_nodes_, n_states_ = 0, n_clamped_ = 0;
   std::vector<double> s_n_, s_; ///< [node][state]
 };
 

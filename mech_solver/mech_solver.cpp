@@ -76,6 +76,19 @@ void MechSolver::declare(bus::Declaration &bus) {
       "min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
   bus.scalar(
       "peak_tension", "Pa", [this] { return peak_tension(); }, bus::Combine::max);
+  declare_shares(bus);
+}
+
+/// Of the whole wall, each rank adds its own: the volume over that at rest, and of the nodes those whose sarcomere
+/// length the force model clamps.
+void MechSolver::declare_shares(bus::Declaration &bus) {
+  const MPI_Comm communicator = space_.communicator();
+  const double n_nodes = dealii::Utilities::MPI::sum(double(space_.n_owned_nodes()), communicator),
+               volume_at_rest = dealii::Utilities::MPI::sum(problem_.own_volume_at_rest(), communicator);
+  bus.scalar(
+      "wall_volume", "1", [this, volume_at_rest] { return problem_.own_volume() / volume_at_rest; }, bus::Combine::sum);
+  bus.scalar(
+      "clamped_share", "1", [this, n_nodes] { return force_generation_.n_clamped() / n_nodes; }, bus::Combine::sum);
 }
 
 void MechSolver::inflate() {
@@ -146,6 +159,7 @@ void MechSolver::solve_step(const bus::Step &step) {
 
 fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
   problem_.end_pressure = parameters_.end_pressure.at(step.time);
+  problem_.time = step.time;
   choose_start(step);
   return d_;
 }

@@ -66,6 +66,7 @@ class MechSolver : public bus::Solver {
   void set_blood_force(const fem::Vector &forces) { to_interface(forces, blood_force_); }
 
  private:
+  void declare_shares(bus::Declaration &bus);
   void visit(io::State &state, const bus::Step &step); ///< d^n, d^{n-1}, s^n, L^n
   void choose_start(const bus::Step &step);
   void show_motion(double dt); ///< to the bus: displacement and velocity of d

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Plots of a run: pressure-volume loop, volume and pressure, flows, balance of volume at the wall.
+"""Plots of a run: pressure-volume loop, one colour a beat, with a table of the beats; volume and pressure, flows, balance
+of volume at the wall.
 
     tools/report.py results/ideal_lv_efs1 [--compare results/ideal_lv_e1fs2 ...] [--out FOLDER]
 """
@@ -19,12 +20,26 @@ plt.rcParams.update({"figure.dpi": 150, "font.size": 10, "axes.grid": True, "gri
                      "legend.frameon": False})
 
 
+# Indicators of a beat that are shown: name, label, digits, unit.
+SHOWN = (("EF_percent", "EF", 1, "%"), ("p_max_mmHg", "$p_{max}$", 1, "mmHg"), ("EDV_mL", "EDV", 1, "mL"),
+         ("ESV_mL", "ESV", 1, "mL"), ("ILI_C_percent", "$ILI_C$", 2, "%"), ("ILI_R_percent", "$ILI_R$", 2, "%"),
+         ("activation_time_ms", "last activation", 1, "ms"), ("J_min", "smallest J", 3, ""),
+         ("wall_volume_min_percent", "smallest wall volume", 1, "%"),
+         ("clamped_share_max_percent", "most clamped sarcomeres", 0, "%"))
+
+
 class Run:
     def __init__(self, folder):
         self.name = Path(folder).resolve().name
         self.history = History(folder)
         self.indicators = indicators(folder)
         self.milliseconds = 1e3 * self.history.time
+
+    def beats(self):
+        """(its indicators, its rows of the history) of each beat; of a run without them, all rows."""
+        time = self.history.time
+        for beat in self.indicators.get("beats") or [{"start": time[0], "end": time[-1]}]:
+            yield beat, (time >= beat["start"] - 1e-9) & (time <= beat["end"] + 1e-9)
 
 
 def shade_phases(axes, run):
@@ -67,19 +82,42 @@ def save(figure, folder, name, title, runs):
 def pressure_volume_loop(runs, folder):
     figure, axis = plt.subplots(figsize=(6, 5))
     for run in runs:
-        volume, pressure = run.history["volume"] / ML, run.history["mean_pressure"] / MMHG
-        line, = axis.plot(volume, pressure, label=run.name)
-        axis.plot(volume[0], pressure[0], "o", color=line.get_color(), ms=5)
+        volume, pressure, line = run.history["volume"] / ML, run.history["mean_pressure"] / MMHG, None
+        for beat, rows in run.beats():
+            if len(runs) == 1:
+                line, = axis.plot(volume[rows], pressure[rows], label=f"beat {beat.get('beat', 1)}")
+            elif line is None:
+                line, = axis.plot(volume, pressure, label=run.name)
+            axis.plot(volume[rows][0], pressure[rows][0], "o", color=line.get_color(), ms=5)
     axis.set_xlabel("volume of the ventricle [mL]")
     axis.set_ylabel("mean pressure [mmHg]")
-    known = runs[0].indicators
-    lines = [f"{label} {known[key]:.{digits}f} {unit}" for key, label, digits, unit in (
-        ("EF_percent", "EF", 1, "%"), ("p_max_mmHg", "$p_{max}$", 1, "mmHg"), ("EDV_mL", "EDV", 1, "mL"),
-        ("ESV_mL", "ESV", 1, "mL"), ("ILI_C_percent", "$ILI_C$", 2, "%"), ("ILI_R_percent", "$ILI_R$", 2, "%"))
-        if key in known]
-    if len(runs) == 1 and lines:
-        axis.text(0.5, 0.45, "\n".join(lines), transform=axis.transAxes, ha="center", va="center", fontsize=9)
+    if len(runs) == 1:
+        show_indicators(figure, axis, runs[0])
     save(figure, folder, "pv_loop.png", "Pressure-volume loop", runs)
+
+
+def show_indicators(figure, axis, run):
+    """Inside the loop; of several beats a table below it, one column each."""
+    beats = [beat for beat, _ in run.beats()]
+    shown = [row for row in SHOWN if any(row[0] in beat for beat in beats)]
+
+    def value(beat, key, digits):
+        return f"{beat[key]:.{digits}f}" if key in beat else ""
+
+    if len(beats) == 1:
+        lines = [f"{label} {value(beats[0], key, digits)} {unit}" for key, label, digits, unit in shown]
+        axis.text(0.5, 0.45, "\n".join(lines), transform=axis.transAxes, ha="center", va="center", fontsize=8)
+        return
+    axis.legend(fontsize=8)
+    height = 0.22 * (len(shown) + 1)  # inches
+    figure.set_figheight(5.4 + height)
+    table = axis.table([[value(beat, key, digits) for beat in beats] for key, _, digits, _ in shown],
+                       rowLabels=[f"{label} [{unit}]" if unit else label for _, label, _, unit in shown],
+                       colLabels=[f"beat {beat['beat']}" + ("" if beat["complete"] else " (incomplete)")
+                                  for beat in beats], edges="horizontal", cellLoc="right",
+                       bbox=[0.1, -0.16 - height / 4.2, 0.9, height / 4.2])
+    table.auto_set_font_size(False)
+    table.set_fontsize(8)
 
 
 def volume_and_pressure(runs, folder):

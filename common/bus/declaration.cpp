@@ -67,6 +67,10 @@ std::vector<double> LocalDeclaration::scalars() const {
 void LocalDeclaration::combine(const std::vector<double> &more, std::vector<double> &scalars) const {
   for (std::size_t k = 0; k < scalars_.size(); ++k) {
     const Combine how = scalars_[k].combine;
+    if (how == Combine::sum) {
+      scalars[k] += more[k];
+      continue;
+    }
     const bool is_beaten = how == Combine::min ? more[k] < scalars[k] : more[k] > scalars[k];
     if (how != Combine::first && (is_beaten || std::isnan(more[k])))
       scalars[k] = more[k];

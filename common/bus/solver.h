@@ -16,8 +16,9 @@ struct Step {
   double size = 0;   ///< dt = t^{n+1} - t^n [s]
 };
 
-/// How the values that the ranks have of a scalar become one: that of rank 0, or the extreme one (NaN if one is NaN).
-enum class Combine { first, min, max };
+/// How the values that the ranks have of a scalar become one: that of rank 0, the extreme one (NaN if one is NaN), or
+/// their sum.
+enum class Combine { first, min, max, sum };
 
 /// What a participant tells the coupler about itself before the run. All data are held by the solver; the bus reads
 /// `output` buffers when a transfer is ordered and fills `input` buffers before the next command is executed.

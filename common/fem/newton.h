@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -33,8 +34,8 @@ struct NewtonStatistics {
 
 /// Newton's method with backtracking for r(x) = 0 that keeps its tangent for as long as that contracts well: within the
 /// solve and, since the problem holds the tangent, from one solve to the next. The residual is always exact. Converged
-/// means that the residual is small and that the next update would be (the monitor of simplified Newton methods, P. Deuflhard,
-/// Newton Methods for Nonlinear Problems, doi:10.1007/978-3-642-23899-4, section 2.1). The problem offers:
+/// means that the residual is small and that the next update would be (the monitor of simplified Newton methods, P.
+/// Deuflhard, Newton Methods for Nonlinear Problems, doi:10.1007/978-3-642-23899-4, section 2.1). The problem offers:
 ///
 ///     ResidualSize residual(const Vector &x, Vector &r);
 ///     bool has_tangent() const;
@@ -43,8 +44,10 @@ struct NewtonStatistics {
 ///     double size(const Vector &dx) const;           // what the update tolerances are compared with
 ///     void refuse() const;                           // throws what is wrong with the last state, which was not valid
 ///
-/// Throws Failure(not_converged) that says where it stopped and why. When the start is not valid, it is `other_start`, which
-/// must be.
+/// That is also thrown when Newton's method stops because the states along its direction are not valid.
+///
+/// Throws Failure(not_converged) that says where it stopped and why. When the start is not valid, it is `other_start`,
+/// which must be.
 template <class Problem, class Vector>
 NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, const NewtonSettings &settings,
                         const Vector *other_start = nullptr) {
@@ -57,6 +60,15 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
             << " is wanted, next update about " << statistics.error << " where " << settings.update_tolerance
             << " is wanted";
     throw Failure(ExitCode::not_converged, message.str());
+  };
+  std::optional<Vector> refused; // the last trial of the last iteration that was not valid, if any was
+  // When Newton's method is stopped by the borders of what is allowed, they are the cause rather than it.
+  const auto stop = [&](const std::string &why) {
+    if (refused) {
+      problem.residual(*refused, r_trial);
+      problem.refuse();
+    }
+    fail(why + (refused ? ", since states along it are not valid" : ""));
   };
   const auto linearise = [&] {
     problem.linearise(x);
@@ -90,8 +102,9 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
   while (!(small(size, 1) && statistics.iterations > 0 && statistics.error <= settings.update_tolerance) &&
          !small(size, 1e-3) && !only_rounding_left()) {
     if (statistics.iterations == settings.max_iterations)
-      fail("this is the largest number allowed");
+      stop("this is the largest number allowed");
     ++statistics.iterations;
+    refused.reset();
     dx = 0;
     statistics.linear_iterations += problem.solve(dx, r);
     statistics.update = problem.size(dx);
@@ -107,6 +120,8 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
       trial = x;
       trial.add(step, dx);
       next = problem.residual(trial, r_trial);
+      if (!next.valid)
+        refused = trial;
       accepted =
           next.valid && std::isfinite(next.norm) && (next.norm <= (1 - 1e-4 * step) * size.norm || small(next, 1));
     }
@@ -125,7 +140,7 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
       linearise();
       fresh = true;
     } else if (statistics.update > settings.update_tolerance)
-      fail("no step along Newton's direction reduces the residual");
+      stop("no step along Newton's direction reduces the residual");
     else
       break; // the update is negligible: what is left of the residual is rounding
   }

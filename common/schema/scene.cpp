@@ -52,20 +52,44 @@ SceneParameters read(const config::Node &root) {
 int TimeParameters::n_steps() const { return static_cast<int>(std::lround(end / step)); }
 
 void TimeParameters::describe(config::Section &s) {
-  s.quantity("end", end, "s", config::positive, "end of the run");
+  s.quantity_or("end", end, "s", config::positive, "beats", whole_beats, "end of the run");
+  if (!whole_beats)
+    beats = 0; // unless they are given too
+  s.integer("beats", beats, {0, 100000},
+            "length of the run in periods of the stimulus; of until_periodic the most; 0: 'end' is a time instead");
+  s.quantity("until_periodic", until_periodic, "1", config::between(0, 1),
+             "ends the run after a beat whose EDV, ESV and p_max differ by less from the beat before; 0: never");
   s.quantity("step", step, "s", config::positive, "time step, the same for all participants");
+}
+
+/// Who gives both end and beats must mean the same by them.
+void TimeParameters::settle(config::Section &s, double stimulus_period) {
+  const auto seconds = [](double time) { return config::shortest(time) + " s"; };
+  period = stimulus_period;
+  if (whole_beats && beats == 0)
+    s.fail("beats", "must be 1 at least where 'end' is not given");
+  const double last = beats * period;
+  if (!whole_beats && beats > 0 && std::abs(last - end) > 1e-9 * end)
+    s.fail("end", "is " + seconds(end) + ", but 'beats: " + std::to_string(beats) + "' of " + seconds(period) +
+                      " (electrophysiology.stimulus.period) end at " + seconds(last) + "; write one of the two");
+  whole_beats = beats > 0;
+  if (whole_beats)
+    end = last;
+  if (until_periodic > 0 && beats < 2)
+    s.fail("until_periodic", "compares beats: it needs 'beats', the most that are allowed, two at least");
   if (!is_multiple(end, step))
-    s.fail("step", "must divide 'end' (" + config::shortest(end) + " s) into whole steps");
+    s.fail("step", "must divide the end of the run (" + seconds(end) + ") into whole steps");
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme,
-           {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
            "coupling scheme");
-  s.integer("iterations", iterations, {1, 1000},
-            "Robin-Neumann iterations in each step: of E1FS all, of adaptive the most, of by_phase while isovolumetric");
+  s.integer(
+      "iterations", iterations, {1, 1000},
+      "Robin-Neumann iterations in each step: of E1FS all, of adaptive the most, of by_phase while isovolumetric");
   s.number("tolerance", tolerance, config::between(0, 0.1),
-           "of E1FS: iterate until the Robin datum changes less than this, 'iterations' times at most; 0: always that often");
+           "of E1FS: iterate until the Robin datum changes less than this, 'iterations' times at most; 0: always that "
+           "often");
   s.choice("acceleration", acceleration, {"none", "anderson"}, "of the iterations");
   s.number("epsilon", epsilon, config::between(0, 0.1),
            "of adaptive: iterate until a step loses less than this share of the cavity's volume");
@@ -123,7 +147,8 @@ void SceneParameters::describe(config::Section &s) {
     s.fail("scene", "'" + name + "' cannot name a folder: no slash and no space, please");
   geometry.describe(s.section("geometry", "shape and meshes"));
   fibres.describe(s.section("fibres", "fibre directions in the wall"));
-  time.describe(s.section("time", "time steps"));
+  config::Section &time_block = s.section("time", "beats and time steps");
+  time.describe(time_block);
   coupling.describe(s.section("coupling", "how the participants take turns"));
 
   config::Section &who = s.section("participants", "who takes part");
@@ -147,10 +172,14 @@ void SceneParameters::describe(config::Section &s) {
   ale.describe(s.section("lifting", "motion of the fluid's mesh"));
   fluid.describe(s.section("fluid", "blood"));
   output.describe(s.section("output", "what is written"));
+  time.settle(time_block, ep.stimulus.period);
   check_consistency(s);
 }
 
 void SceneParameters::check_consistency(config::Section &s) const {
+  if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
+    s.fail("time",
+           "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))
     s.fail("output", "'every' (" + config::shortest(output.every) + " s) must be a multiple of 'time.step' (" +
                          config::shortest(time.step) + " s)");

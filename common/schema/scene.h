@@ -14,24 +14,31 @@
 
 namespace heartbus {
 
+/// A run is so many beats long, each of one period of the stimulus, or ends at a time of its own.
 struct TimeParameters {
-  double end = 0.8;     ///< [s]
-  double step = 0.2e-3; ///< [s]
+  int beats = 1;             ///< of the run; 0: `end` was given instead
+  bool whole_beats = true;   ///< the end is that of the last beat
+  double end = 0.8;          ///< [s]
+  double period = 0.8;       ///< of a beat: from one stimulus to the next [s]
+  double until_periodic = 0; ///< share by which beats in a row may differ for the run to end; 0: it does not end early
+  double step = 0.2e-3;      ///< [s]
   int n_steps() const;
   void describe(config::Section &section);
+  /// Once the period is known: the end of the last beat. Fails on what contradicts itself.
+  void settle(config::Section &section, double stimulus_period);
 };
 
 /// The schemes are explained in docs/schemes.md.
 struct CouplingParameters {
-  std::string scheme = "EFS1";        ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, electromechanics
-  int iterations = 1;                 ///< k of E1FSk; of adaptive the most, of by_phase while isovolumetric
-  double tolerance = 0;               ///< of E1FS: iterates until the Robin datum changes less than this; 0: always k
-  std::string acceleration = "none";  ///< of the iterations: none, anderson
-  double epsilon = 1e-5;              ///< of adaptive: share of the cavity's volume that a step may lose
-  double alpha = 5000;                ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
-  bool automatic_alpha = false;       ///< in place of `alpha`: a share of the limit that wall and blood set
-  int lookahead = 0;                  ///< steps by which those who receive nothing may run ahead
-  double deadline = 300;              ///< longest wait for anybody [s]
+  std::string scheme = "EFS1";       ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, electromechanics
+  int iterations = 1;                ///< k of E1FSk; of adaptive the most, of by_phase while isovolumetric
+  double tolerance = 0;              ///< of E1FS: iterates until the Robin datum changes less than this; 0: always k
+  std::string acceleration = "none"; ///< of the iterations: none, anderson
+  double epsilon = 1e-5;             ///< of adaptive: share of the cavity's volume that a step may lose
+  double alpha = 5000;               ///< Robin coefficient of the fluid at the interface [kg/(m^2 s)]
+  bool automatic_alpha = false;      ///< in place of `alpha`: a share of the limit that wall and blood set
+  int lookahead = 0;                 ///< steps by which those who receive nothing may run ahead
+  double deadline = 300;             ///< longest wait for anybody [s]
   /// Whether blood and wall may be solved more than once in a step.
   bool iterates() const { return scheme == "E1FS" || scheme == "adaptive" || scheme == "by_phase"; }
   /// Whether they are: then it is iterations that too large an alpha makes diverge, else motions that alternate from

@@ -22,6 +22,8 @@ class ActiveModel {
   /// One step of the model's own integrator at one point.
   virtual void advance(double dt, double calcium, double sarcomere_length, double *s) const = 0;
   virtual double permissivity(const double *s) const = 0;
+  /// Whether the model takes another sarcomere length [um] in place of this one, which it does not know.
+  virtual bool clamps(double sarcomere_length) const = 0;
 };
 
 /// "rdq18_ann"; Failure(scene) lists what there is otherwise.

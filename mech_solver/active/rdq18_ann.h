@@ -20,6 +20,9 @@ class Rdq18Ann : public ActiveModel {
   void rate(const double *s, double calcium, double sarcomere_length, double *ds) const override;
   void advance(double dt, double calcium, double sarcomere_length, double *s) const override;
   double permissivity(const double *s) const override { return s[0]; }
+  bool clamps(double sarcomere_length) const override {
+    return sarcomere_length < shortest || sarcomere_length > longest;
+  }
 };
 
 } // namespace heartbus::mech

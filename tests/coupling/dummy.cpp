@@ -56,6 +56,7 @@ class Dummy : public bus::Solver {
     bus.scalar("lowest", "1", [this] { return -rank_; }, bus::Combine::min);
     bus.scalar("highest", "1", [this] { return 10 + rank_; }, bus::Combine::max);
     bus.scalar("unknown", "1", [this, unknown] { return rank_ == 0 ? 1. : unknown; }, bus::Combine::max);
+    bus.scalar("ranks", "1", [] { return 1; }, bus::Combine::sum);
   }
 
   void prepare_step(const bus::Step &) override { ++prepared_; }

@@ -91,7 +91,8 @@ int main(int argc, char **argv) {
                 b.cpu_seconds - cpu_before);
     if (!replay) {
       std::printf("a was prepared %g times, phase of b is %g\n", a.scalars.at(0), b.scalars.at(1));
-      std::printf("lowest %g, highest %g, unknown %g\n", a.scalars.at(2), a.scalars.at(3), a.scalars.at(4));
+      std::printf("lowest %g, highest %g, unknown %g, ranks %g\n", a.scalars.at(2), a.scalars.at(3), a.scalars.at(4),
+                  a.scalars.at(5));
     }
     std::printf("coupler heard %d transfers\n", listener.n_heard());
   });

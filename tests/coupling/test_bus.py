@@ -73,13 +73,13 @@ class Bus(unittest.TestCase):
         run = pair()
         self.assertEqual(run.code, 0, run.err)
         self.assertIn("a was prepared 2 times, phase of b is 0", run.out)
-        self.assertIn("lowest 0, highest 10, unknown 1", run.out)
+        self.assertIn("lowest 0, highest 10, unknown 1, ranks 1", run.out)
         self.assertIn("b has finished after 2 steps", run.out)
 
     def test_values_arrive_at_the_right_points_from_two_ranks_to_three(self):
         run = pair(a=2, b=3, steps=50)
         self.assertEqual(run.code, 0, run.err)
-        self.assertIn("lowest -1, highest 11, unknown nan", run.out)
+        self.assertIn("lowest -1, highest 11, unknown nan, ranks 2", run.out)
         self.assertIn("coupler heard 100 transfers", run.out)
 
     def test_values_arrive_from_node_to_node(self):
@@ -87,7 +87,7 @@ class Bus(unittest.TestCase):
         run = Run(sequence(steps=20), [1, DUMMY, "--name", "a"], [1, *elsewhere, "a"], [1, DUMMY, "--name", "b"],
                   [2, *elsewhere, "b"])
         self.assertEqual(run.code, 0, run.err)
-        self.assertIn("lowest -1, highest 11, unknown nan", run.out)
+        self.assertIn("lowest -1, highest 11, unknown nan, ranks 2", run.out)
         self.assertIn("coupler heard 40 transfers", run.out)
 
     def test_a_failure_on_another_node_ends_all(self):

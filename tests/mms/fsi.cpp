@@ -283,4 +283,16 @@ TEST(MonolithicStep, BalancesTheForcesOfBloodAndWall) {
   EXPECT_EQ(test::largest_difference(run.to_fluid(on_wall), run.problem.blood_force()), 0);
 }
 
+TEST(MonolithicStep, NamesTheCellThatIsCrushed) {
+  Monolithic run(ventricle(Valve::aortic, 1e3, 1e9));
+  try {
+    run.advance(1000);
+    FAIL() << "nothing was crushed";
+  } catch (const Failure &failure) {
+    EXPECT_EQ(failure.code(), ExitCode::not_finite) << failure.what();
+    EXPECT_NE(std::string(failure.what()).find("the wall is crushed in the cell around ("), std::string::npos)
+        << failure.what();
+  }
+}
+
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }

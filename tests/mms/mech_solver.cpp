@@ -29,12 +29,13 @@ struct Ventricle {
   std::ostringstream text;
   fem::LagrangeSpace space{MPI_COMM_WORLD, geometry::make_solid(shape())};
   fem::Fibres fibres{space, geometry::FibreParameters()};
-  MechSolver solver{space, fibres, tight(),
-                    std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text))};
+  MechSolver solver;
   test::LonelyBus bus;
   bus::Step step{1, 0, 2e-4, 2e-4};
 
-  Ventricle() {
+  explicit Ventricle(const mech::Parameters &parameters = tight())
+      : solver(space, fibres, parameters,
+               std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text))) {
     solver.declare(bus);
     bus.tasks.at("inflate")(step);
   }
@@ -148,6 +149,62 @@ TEST(MechSolver, EveryIterationStartsFromTheOldState) {
   wall.step.iteration = 2;
   wall.solver.solve_step(wall.step);
   EXPECT_LT(largest_difference(wall.get("displacement"), displacement), 1e-10);
+}
+
+TEST(MechSolver, KnowsItsVolumeAndWhereSarcomeresAreClamped) {
+  mech::Parameters parameters = tight();
+  parameters.active.sarcomere_length = 1.5; // too short everywhere, whatever the inflation
+  Ventricle wall(parameters);
+  const auto whole = [&](const std::string &scalar) {
+    return dealii::Utilities::MPI::sum(wall.bus.scalars.at(scalar)(), MPI_COMM_WORLD);
+  };
+  double own = 0; // volume as the inflation has left it, by the determinant of each cell's mean gradient
+  const fem::GhostValues ghosts(wall.solver.problem().d_n);
+  for (unsigned batch = 0; batch < wall.space.n_owned_batches(); ++batch)
+    for (unsigned q = 0; q < wall.space.n_q(); ++q)
+      for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
+        const unsigned slot = batch * fem::n_lanes + lane, n = wall.space.nodes_per_cell();
+        dealii::Tensor<2, 3> F = dealii::unit_symmetric_tensor<3>();
+        for (unsigned a = 0; a < n; ++a)
+          for (unsigned i = 0; i < 3; ++i)
+            for (unsigned j = 0; j < 3; ++j)
+              F[i][j] += wall.solver.problem().d_n.begin()[3 * wall.space.cell_nodes(slot)[a] + i] *
+                         wall.space.gradients(batch)[(q * n + a) * 3 + j][lane];
+        if (wall.space.slot_owned(slot))
+          own += dealii::determinant(F) * wall.space.JxW(batch)[q][lane];
+      }
+  const double rest = dealii::Utilities::MPI::sum(wall.solver.problem().own_volume_at_rest(), MPI_COMM_WORLD);
+  EXPECT_GT(std::abs(whole("wall_volume") - 1), 1e-4);
+  EXPECT_NEAR(whole("wall_volume"), dealii::Utilities::MPI::sum(own, MPI_COMM_WORLD) / rest, 1e-12);
+
+  EXPECT_EQ(whole("clamped_share"), 0) << "no calcium has come";
+  wall.set_calcium(0.1);
+  wall.solver.prepare_step(wall.step);
+  EXPECT_NEAR(whole("clamped_share"), 1, 1e-12);
+}
+
+TEST(MechSolver, ACrushedCellIsNamedWithWhatToLookAt) {
+  mech::Parameters parameters;
+  parameters.active.tension_max = 1e8;
+  Ventricle wall(parameters);
+  wall.set("blood_force", wall.get("wall_force"));
+  wall.set_calcium(1);
+  try {
+    for (wall.step.number = 1; wall.step.number < 1000; ++wall.step.number) {
+      wall.step.time = wall.step.number * wall.step.size;
+      wall.solver.prepare_step(wall.step);
+      wall.solver.solve_step(wall.step);
+      wall.solver.commit_step(wall.step);
+    }
+    FAIL() << "nothing was crushed";
+  } catch (const Failure &failure) {
+    EXPECT_EQ(failure.code(), ExitCode::not_finite) << failure.what();
+    for (const char *part : {"t = 0.", "the wall is crushed in the cell around (", "at rest",
+                             "now: J = det F = ", "tension_max", "sarcomere_length", "kappa", "fibres", "time.step"})
+      EXPECT_NE(std::string(failure.what()).find(part), std::string::npos) << failure.what();
+    if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
+      std::cout << failure.what() << "\n";
+  }
 }
 
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }

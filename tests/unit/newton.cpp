@@ -50,7 +50,31 @@ struct Hopeless : Arctangent {
   void linearise(const Number &x) { slope = 2 * x.x; }
 };
 
+/// x + 1 = 0 where only x >= 0 is allowed.
+struct Bordered : Arctangent {
+  ResidualSize residual(const Number &x, Number &r) {
+    last = x.x;
+    r.x = x.x + 1;
+    return {x.x >= 0, std::abs(r.x), 1};
+  }
+  void linearise(const Number &) { slope = 1; }
+  void refuse() const { throw Failure(ExitCode::not_finite, last < 0 ? "beyond the border" : "valid"); }
+  double last = 0;
+};
+
 } // namespace
+
+TEST(Newton, SaysWhatIsWrongWithTheStatesThatStopIt) {
+  Bordered problem;
+  Number x{0};
+  try {
+    newton("the bordered equation", problem, x, NewtonSettings());
+    FAIL() << "went beyond the border";
+  } catch (const Failure &failure) {
+    EXPECT_EQ(failure.code(), ExitCode::not_finite) << failure.what();
+    EXPECT_STREQ(failure.what(), "beyond the border");
+  }
+}
 
 TEST(Newton, BacktracksWhereTheFullStepDiverges) {
   Arctangent problem;

@@ -77,6 +77,36 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
 }
 
+TEST(Scene, ARunLastsBeatsOrEndsAtATime) {
+  const auto time = [](const std::string &text) { return read_scene(text, "scene").time; };
+  EXPECT_EQ(time("scene: a").end, 0.8);
+  EXPECT_EQ(time("time: {beats: 3}").n_steps(), 12000);
+  EXPECT_EQ(time("time: {end: 40 ms}").n_steps(), 200);
+  EXPECT_EQ(time("time: {end: 1.6 s, beats: 2}").n_steps(), 8000);
+  EXPECT_EQ(time("time: {beats: 3}\nelectrophysiology: {stimulus: {period: 0.5 s}}").end, 1.5);
+  EXPECT_EQ(time("time: {beats: 5, until_periodic: 1 %}").until_periodic, 0.01);
+  for (const char *text : {"time: {beats: 3}", "time: {end: 40 ms}", "time: {end: 1.6 s, beats: 2}"}) {
+    const std::string printed = print_scene(read_scene(text, "scene"));
+    EXPECT_EQ(print_scene(read_scene(printed, "printed")), printed);
+  }
+}
+
+TEST(Scene, BeatsThatContradictTheEndAreRefused) {
+  EXPECT_NE(complaint("time: {end: 2 s, beats: 3}")
+                .find("key 'time.end': is 2 s, but 'beats: 3' of 0.8 s (electrophysiology.stimulus.period) end at"),
+            std::string::npos);
+  EXPECT_NE(complaint("time: {end: 2 s}", {"beats=1"}).find("write one of the two"), std::string::npos);
+  EXPECT_EQ(complaint("time: {beats: 2}", {"time.end=40 ms", "beats=0"}), "");
+  EXPECT_NE(complaint("time: {beats: 0}").find("key 'time.beats': must be 1 at least"), std::string::npos);
+  EXPECT_NE(complaint("time: {until_periodic: 1 %}").find("needs 'beats'"), std::string::npos);
+  EXPECT_NE(complaint("time: {beats: 2, until_periodic: 1 ms}").find("key 'time.until_periodic'"), std::string::npos);
+  EXPECT_NE(complaint("time: {beats: 2, until_periodic: 1 %}\ncoupling: {scheme: electromechanics}\n"
+                      "participants: {ep: , mech: {}}")
+                .find("neither 'fluid' nor 'fsi' takes part"),
+            std::string::npos);
+  EXPECT_NE(complaint("electrophysiology: {stimulus: {period: 0.30005 s}}").find("key 'time.step'"), std::string::npos);
+}
+
 TEST(Scene, APulseNeedsAnOpening) {
   const fluid::InletParameters pulse{"inlet", 1333, 3e-3};
   EXPECT_EQ(pulse.at(1e-4), 1333);

@@ -38,6 +38,21 @@ TEST_F(Script, RunsThroughTheFivePhasesOfABeat) {
   EXPECT_EQ(valves.phase(), Valves::ejection);
 }
 
+TEST_F(Script, ContractsAgainInTheNextBeat) {
+  valves.update(0.09, 9011, 0, 0);
+  valves.update(0.35, 9500, 0, -1e-9);
+  valves.update(0.47, 1320, 0, 0);
+  valves.update(0.82, 1340, 0, 0);
+  ASSERT_EQ(valves.phase(), Valves::diastasis);
+  EXPECT_FALSE(valves.update(0.83, rules.mitral_pressure + 9.9, 0, 0));
+  EXPECT_EQ(valves.phase(), Valves::diastasis);
+  EXPECT_FALSE(valves.update(0.84, rules.mitral_pressure + 10.1, 0, 0)); // no valve switches
+  EXPECT_EQ(valves.phase(), Valves::isovolumetric_contraction);
+  expect_open(false, false);
+  EXPECT_TRUE(valves.update(0.8401, rules.mitral_pressure - 10.1, 0, 0)); // nor does that keep one from switching
+  EXPECT_EQ(valves.phase(), Valves::filling);
+}
+
 TEST_F(Script, OpensOnlyBeyondTheHysteresis) {
   EXPECT_FALSE(valves.update(0.1, rules.aortic_pressure + 9.9, 0, 0));
   EXPECT_FALSE(valves.update(0.1, rules.mitral_pressure - 9.9, 0, 0));

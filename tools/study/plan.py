@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .case import Case, Start
-from .scene import Keys, StudyError, check_keys, join, lay_over, load, number, quantity, with_bases
+from .scene import Keys, StudyError, check_keys, join, lay_over, load, number, quantity, with_bases, with_end
 
 STUDY_KEYS = ["about", "base", "settings", "calcium", "ranks", "vary", "also", "reference", "paper", "measure", "figures",
               "window", "pareto", "border"]
@@ -74,7 +74,7 @@ class Study:
         base_tree = with_bases(Path(base).resolve() if base else (self.file.parent / tree["base"]).resolve())
         own, common = self.split(tree.get("settings"), "settings")
         self.common = own, {}
-        self.base_tree = lay_over(lay_over(base_tree, common), self.command_line(settings))
+        self.base_tree = with_end(lay_over(lay_over(base_tree, common), self.command_line(settings)))
         self.figures = {name: self.checked(figure, f"figures.{name}", FIGURE_KEYS.get(figure.get("kind")))
                         for name, figure in (tree.get("figures") or {}).items()}
         self.pareto = self.checked(tree.get("pareto") or {}, "pareto", PARETO_KEYS)
@@ -168,7 +168,7 @@ class Study:
         return self.cases[run.name]
 
     def make_case(self, run):
-        tree = lay_over(self.base_tree, run.overlay)
+        tree = with_end(self.base_tree, run.overlay)
         for participant in tree.get("participants", {}).values():
             participant["ranks"] = self.ranks
         return Case(tree, self.calcium_of(run, tree), self.start(run), run.own.get("steps"))

@@ -108,6 +108,21 @@ UNITS = {"": 1, "s": 1, "ms": 1e-3, "us": 1e-6, "m": 1, "mm": 1e-3, "cm": 1e-2, 
          "kPa/m": 1e3, "Pa/m": 1, "kPa s/m": 1e3, "Pa s/m": 1, "kg/m^3": 1, "g/cm^3": 1e3}
 
 
+def with_end(tree, overlay=None):
+    """A scene, something laid over it, with the time at which it ends: that of its last beat, where it counts beats."""
+    overlay = overlay or {}
+    tree, time = lay_over(tree, overlay), (overlay.get("time") or {})
+    if "beats" in time and "end" not in time:
+        tree["time"].pop("end", None)
+    if "end" not in tree.get("time", {}):
+        beats = tree.get("time", {}).get("beats", 1)
+        period = tree.get("electrophysiology", {}).get("stimulus", {}).get("period", "0.8 s")
+        tree = lay_over(tree, {"time": {"end": f"{int(beats) * quantity(period):.10g} s"}})
+    if "until_periodic" not in tree["time"]:
+        tree["time"].pop("beats", None)  # a run may end earlier by its steps
+    return tree
+
+
 def quantity(text):
     """A number with its unit in SI units."""
     value, _, unit = str(text).partition(" ")
