@@ -10,8 +10,9 @@
 namespace heartbus::replay {
 
 /// Plays a recorded field in place of the participant that has computed it: electrophysiology once, then many runs of
-/// the mechanics with its calcium. The k-th solve of a step puts out what has been sent k-th in that step, with the same
-/// bits if the run has the steps of the recording; with other steps, values are linear in time between recorded ones.
+/// the mechanics with its calcium. The k-th solve of a step puts out what has been sent k-th in that step, with the
+/// same bits if the run has the steps of the recording; with other steps, values are linear in time between recorded
+/// ones.
 class Player : public bus::Solver {
  public:
   Player(MPI_Comm communicator, const std::string &file_name);

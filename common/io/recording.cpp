@@ -134,7 +134,8 @@ void RecordingWriter::append(int step, double time, const std::vector<double> &v
 
 struct RecordingReader::Implementation {
   explicit Implementation(const std::string &file_name)
-      : file_name(file_name), file(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the recording " + file_name),
+      : file_name(file_name),
+        file(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the recording " + file_name),
         table(H5Dopen2(file, "values", H5P_DEFAULT), H5Dclose, "find values in the recording " + file_name),
         size(extent(table)), steps(read_all<int>(file, "step", H5T_NATIVE_INT)),
         times(read_all<double>(file, "time", H5T_NATIVE_DOUBLE)) {
@@ -174,8 +175,7 @@ std::vector<double> RecordingReader::values(std::size_t transfer) const {
 }
 
 void RecordingReader::refuse(const std::string &what) const {
-  throw Failure(ExitCode::file,
-                "recording " + implementation_->file_name + " of field '" + field().name + "' " + what);
+  throw Failure(ExitCode::file, "recording " + implementation_->file_name + " of field '" + field().name + "' " + what);
 }
 
 std::size_t RecordingReader::transfer_of(std::size_t any, int k) const {

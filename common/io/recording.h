@@ -39,8 +39,8 @@ class RecordingReader {
   const std::vector<double> &times() const; ///< [s]
   std::vector<double> values(std::size_t transfer) const;
 
-  /// What was sent by the k-th transfer (0-based) of a step at this time [s]; linear in time between recorded steps, the
-  /// first values during the step before the first. Failure(file) outside of the recording.
+  /// What was sent by the k-th transfer (0-based) of a step at this time [s]; linear in time between recorded steps,
+  /// the first values during the step before the first. Failure(file) outside of the recording.
   std::vector<double> values_at(double time, int k) const;
 
  private:
