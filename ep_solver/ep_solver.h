@@ -35,9 +35,8 @@ class EPSolver : public bus::Solver {
 
   const fem::Vector &potential() const { return n_.v; }           ///< [V]
   const std::vector<double> &calcium() const { return calcium_; } ///< [uM], owned nodes
-  const std::vector<double> &activation_times() const {
-    return n_.activation;
-  } ///< [s] since the beat's beginning, owned nodes; NaN: not yet
+  /// Since the beat's beginning [s], owned nodes; NaN: not yet.
+  const std::vector<double> &activation_times() const { return n_.activation; }
   /// The latest activation of this rank's nodes in this beat [s]; NaN until all of them are active.
   double last_activation() const;
   double n_activated() const;                         ///< of this rank's nodes, in this beat
