@@ -11,7 +11,7 @@ SECONDS = 5
 # (what is wrong, scene, exit code, parts of the message)
 BAD_SCENES = [
     ("unknown key", "time:\n  edn: 1 ms\n", 2,
-     ["scene.yaml:2: key 'time.edn' is unknown; did you mean 'end'?", "Allowed here: end, step"]),
+     ["scene.yaml:2: key 'time.edn' is unknown; did you mean 'end'?", "Allowed here: end, beats, until_periodic, step"]),
     ("unknown block", "time: {end: 1 ms}\ncuopling: {}\n", 2,
      ["scene.yaml:2: key 'cuopling' is unknown; did you mean 'coupling'?"]),
     ("missing unit", "coupling:\n  scheme: EFS1\n  alpha: 5000\n", 2,

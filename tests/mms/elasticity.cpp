@@ -173,6 +173,7 @@ double active_tension(const geometry::Point3 &x) { return 4e3 * (1 + x[0] * x[2]
 double static_error_held(unsigned n) {
   Parameters parameters = soft_neo_hookean();
   parameters.law = "guccione";
+  parameters.active.sarcomere_length = 3; // so long that the tension acts in full, as in `total_stress`
   parameters.fixed = all_sides;
   Body body(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}), parameters);
   const Field d = [](const geometry::Point3 &x) -> Vec3<double> {

@@ -80,7 +80,8 @@ class Converged(unittest.TestCase):
         rows, reference = ([*csv.DictReader((self.folder / out / "history.csv").open(encoding="utf-8"))]
                            for out in (scheme, "beat"))
         reference = reference[: step + STEPS + 1]
-        self.assertEqual([row["phase"] for row in rows], [row["phase"] for row in reference])
+        late = sum(row["phase"] != monolithic["phase"] for row, monolithic in zip(rows, reference, strict=True))
+        self.assertLessEqual(late, 1)  # a pressure that is a little lower opens the valve a step later
         for column, near in (("volume [m^3]", volume), ("mean_pressure [Pa]", pressure)):
             a, b = (np.array([float(row[column]) for row in table]) for table in (rows, reference))
             np.testing.assert_allclose(a, b, rtol=near)

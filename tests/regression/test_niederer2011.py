@@ -19,6 +19,13 @@ ELEVEN_CODES = {
     (20, 0, 0): (34.43, 1.48), (0, 0, 3): (11.29, 1.60), (20, 0, 3): (36.67, 2.98), (0, 7, 0): (38.56, 5.00),
     (20, 7, 0): (52.56, 7.10), (0, 7, 3): (40.52, 6.08), (20, 7, 3): (53.81, 8.17), (10, 3.5, 1.5): (24.58, 3.76),
 }
+# The same with cells of 0.1 mm. Codes with lumped mass are late on coarser cells; a consistent mass is hardly, so that the
+# wave should arrive between the two. Along the fibres (20, 0, 0) no wave from the edge of the stimulus, 1.5 mm, is faster
+# than the converged one of a cable, 0.612 m/s: 30.2 ms.
+FINER = {
+    (0, 0, 3): (8.95, 0.56), (20, 0, 3): (33.70, 1.00), (0, 7, 0): (29.76, 1.65), (20, 7, 0): (43.97, 2.83),
+    (0, 7, 3): (31.32, 2.12), (20, 7, 3): (44.93, 3.22), (10, 3.5, 1.5): (20.50, 1.30), (20, 0, 0): (30.2, 0),
+}
 
 
 def activation(folder, point):
@@ -41,10 +48,12 @@ class Niederer2011(unittest.TestCase):
         subprocess.run(["mpirun", *shlex.split(line)], check=True, timeout=600, stdout=subprocess.DEVNULL)
         return temporary.name
 
-    def test_wave_arrives_within_two_deviations_of_eleven_codes_at_the_same_spacing(self):
+    def test_wave_arrives_between_eleven_codes_at_the_same_spacing_and_at_half_of_it(self):
         folder = self.run_slab("geometry.slab.cell=0.2 mm", "time.step=0.1 ms", "time.end=48 ms", "output.every=48 ms")
         for point, (mean, deviation) in ELEVEN_CODES.items():
-            self.assertAlmostEqual(activation(folder, point), mean, delta=2 * deviation, msg=f"at {point} mm")
+            finer, finer_deviation = FINER[point]
+            self.assertLessEqual(activation(folder, point), mean + 2 * deviation, msg=f"at {point} mm")
+            self.assertGreaterEqual(activation(folder, point), finer - 2 * finer_deviation, msg=f"at {point} mm")
 
     def test_wave_reaches_the_corners_when_it_did(self):
         # By this program, 0.5 mm. With 0.01 ms the midpoint rule gives 32.3, 48.0 and 61.7.

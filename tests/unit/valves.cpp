@@ -40,8 +40,10 @@ TEST_F(Script, RunsThroughTheFivePhasesOfABeat) {
 
 TEST_F(Script, ContractsAgainInTheNextBeat) {
   valves.update(0.09, 9011, 0, 0);
+  valves.update(0.20, 12000, 0, 1e-4);
   valves.update(0.35, 9500, 0, -1e-9);
   valves.update(0.47, 1320, 0, 0);
+  valves.update(0.60, 1200, 1e-4, 0);
   valves.update(0.82, 1340, 0, 0);
   ASSERT_EQ(valves.phase(), Valves::diastasis);
   EXPECT_FALSE(valves.update(0.83, rules.mitral_pressure + 9.9, 0, 0));
