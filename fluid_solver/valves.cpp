@@ -1,6 +1,7 @@
 #include "fluid_solver/valves.h"
 
 #include <cstdio>
+#include <utility>
 
 namespace heartbus::fluid {
 namespace {
@@ -25,7 +26,7 @@ std::optional<std::string> Valves::update(double t, double pressure, double mitr
   const auto reason = decide(t, pressure, mitral_flow, aortic_flow);
   if (reason) {
     last_switch_ = t;
-    has_flowed_ = false;
+    is_new_ = true;
   }
   return reason;
 }
@@ -35,14 +36,14 @@ void Valves::visit(io::State &state) {
   state.number("phase", phase);
   phase_ = static_cast<Phase>(static_cast<int>(phase));
   state.number("last_switch", last_switch_);
-  double has_flowed = has_flowed_;
-  state.number("has_flowed", has_flowed);
-  has_flowed_ = has_flowed != 0;
+  double is_new = is_new_;
+  state.number("is_new", is_new);
+  is_new_ = is_new != 0;
 }
 
 bool Valves::closes(double flow, double excess) {
-  has_flowed_ = has_flowed_ || flow > 0;
-  return flow <= 0 && (has_flowed_ || excess <= 0);
+  const bool first = std::exchange(is_new_, false);
+  return flow <= 0 && !(first && excess > 0);
 }
 
 /// Both valves are never open at once: an open one must close before the other may open.

@@ -22,7 +22,8 @@ struct ValveRules {
 ///
 /// The paper's words are that a valve closes when its flow *becomes* null or reversed. A loosely coupled step takes the
 /// wall's pressure of the step before, so that of the step that opens a valve may let a drop back (measured: 0.1 mL/s);
-/// hence a valve through which nothing has flowed yet stays open as long as the pressure keeps it open.
+/// hence the first step of an open valve does not close it while the pressure keeps it open. From the second step on the flow
+/// decides alone: blood that runs against the pressure must not be let back for longer.
 ///
 /// Beyond the paper are what keeps the first decisions apart from round-off, since the beat starts in equilibrium with the
 /// atrium (p0 = p_MV): a hysteresis, or a guard at the start; at most one switch a step; and, unless it is 0, a blanking
@@ -53,7 +54,7 @@ class Valves {
   ValveRules rules_;
   Phase phase_ = isovolumetric_contraction;
   double last_switch_ = 0; ///< the start counts as one
-  bool has_flowed_ = false; ///< through the open valve
+  bool is_new_ = false;     ///< no step of the open valve has been judged yet
 };
 
 } // namespace heartbus::fluid

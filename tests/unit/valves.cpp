@@ -68,14 +68,16 @@ TEST_F(Script, WithoutBlankingSwitchesAsSoonAsItsRuleSays) {
   EXPECT_TRUE(valves.update(0.1004, 8950, 0, 0)) << "it does not";
 }
 
-TEST_F(Script, AValveThroughWhichNothingHasFlowedStaysOpenWhileThePressureKeepsItOpen) {
+TEST_F(Script, TheStepThatOpensAValveDoesNotCloseItWhileThePressureKeepsItOpen) {
   ASSERT_TRUE(valves.update(0.1, 9011, 0, 0));
   EXPECT_FALSE(valves.update(0.1002, 9030, 0, -1e-7)) << "a drop goes back in the first step";
   EXPECT_FALSE(valves.update(0.1004, 9060, 0, 2e-7));
   EXPECT_TRUE(valves.update(0.1006, 9060, 0, -1e-7)) << "now its flow has become reversed";
   ASSERT_TRUE(valves.update(0.5, 1300, 0, 0));
-  EXPECT_FALSE(valves.update(0.5002, 1320, -1e-7, 0));
-  EXPECT_TRUE(valves.update(0.5004, 1333, -1e-7, 0)) << "nothing pushes";
+  EXPECT_TRUE(valves.update(0.5002, 1334, -1e-7, 0)) << "nothing pushes";
+  ASSERT_TRUE(valves.update(0.6, 1300, 0, 0));
+  EXPECT_FALSE(valves.update(0.6002, 1300, -1e-7, 0));
+  EXPECT_TRUE(valves.update(0.6004, 1300, -1e-7, 0)) << "blood that runs against the pressure is not let back";
 }
 
 TEST_F(Script, DoesNotSwitchTwiceWithinTheBlankingTime) {
