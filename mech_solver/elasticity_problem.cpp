@@ -28,6 +28,7 @@ std::string complaint(bool crushed, double value, const std::array<double, 6> &c
   show_point(cell[0], cell[1], cell[2]);
   text << " at rest, ";
   show_point(cell[0] + cell[3], cell[1] + cell[4], cell[2] + cell[5]);
+  text.precision(6);
   if (crushed)
     text
         << " now: J = det F = " << value << ", the least allowed is " << smallest_J

@@ -185,8 +185,9 @@ TEST(MechSolver, KnowsItsVolumeAndWhereSarcomeresAreClamped) {
 
 TEST(MechSolver, ACrushedCellIsNamedWithWhatToLookAt) {
   mech::Parameters parameters;
-  parameters.active.tension_max = 1e8;
+  parameters.active.tension_max = 1e9;
   Ventricle wall(parameters);
+  wall.step.size = 1e-3;
   wall.set("blood_force", wall.get("wall_force"));
   wall.set_calcium(1);
   try {

@@ -13,7 +13,7 @@ from launch import SOURCE, run_scene  # noqa: E402
 
 SCENE = SOURCE / "tests/regression/small_heartbeat.yaml"
 PERIOD = 0.8
-STEP = ["time.step=0.8 ms", "electrophysiology.substeps=4"]  # coarse, so that two beats take seconds
+STEP = ["time.step=0.8 ms"]  # coarse, so that two beats take seconds
 ALLOWED = 3  # beats
 
 
