@@ -48,7 +48,8 @@ class Valves(unittest.TestCase):
             phases = [row["phase"] for row in rows]
             changes = [phase for n, phase in enumerate(phases) if n == 0 or phase != phases[n - 1]]
             self.assertEqual(changes[:4], PHASES, scheme)
-            self.assertLessEqual(len(changes), 5, scheme)  # diastasis, if the mitral valve closes
+            # Behind the closed mitral valve the pressure may rise beyond the atrium's, which is how the next beat begins.
+            self.assertIn(changes[4:], ([], ["diastasis"], ["diastasis", PHASES[0]]), scheme)
 
     def test_let_nothing_back_from_opening_to_the_decision_to_close(self):
         for scheme, rows in self.beats.items():
