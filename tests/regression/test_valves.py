@@ -10,6 +10,7 @@ from launch import SOURCE, run_scene  # noqa: E402
 
 HEARTBEAT = SOURCE / "tests/regression/small_heartbeat.yaml"
 PHASES = ["isovolumetric contraction", "ejection", "isovolumetric relaxation", "filling"]
+AFTER = ["diastasis", "isovolumetric contraction"]  # when the mitral valve has closed: of the next beat
 FLOW = {"ejection": "aortic_flow [m^3/s]", "filling": "mitral_flow [m^3/s]"}
 MERGED = "participants: {mech: , fluid: , fsi: {program: fsi_solver, ranks: 1}, ep: {program: replay, ranks: 1, " \
          "settings: {file: calcium.h5}}}\ncoupling: {scheme: E1FSinf}\n"
@@ -47,8 +48,8 @@ class Valves(unittest.TestCase):
         for scheme, rows in self.beats.items():
             phases = [row["phase"] for row in rows]
             changes = [phase for n, phase in enumerate(phases) if n == 0 or phase != phases[n - 1]]
-            self.assertEqual(changes[:4], PHASES, scheme)
-            self.assertLessEqual(len(changes), 5, scheme)  # diastasis, if the mitral valve closes
+            self.assertGreaterEqual(len(changes), 4, scheme)
+            self.assertEqual(changes, (PHASES + AFTER)[: len(changes)], scheme)
 
     def test_let_nothing_back_from_opening_to_the_decision_to_close(self):
         for scheme, rows in self.beats.items():
