@@ -28,6 +28,10 @@ BAD_SCENES = [
     ("missing base file", "base: nowhere.yaml\n", 8, ["scene.yaml:1: the base file", "nowhere.yaml' does not exist"]),
     ("not YAML", "time: {end: 1 ms\n", 2, ["scene.yaml:", "this is not YAML"]),
     ("blocks that do not fit", "time: {end: 1 ms, step: 0.3 ms}\n", 2, ["scene.yaml:1: key 'time.step': must divide"]),
+    ("an end that is not that of the beats", "time:\n  end: 1 s\n  beats: 2\n", 2,
+     ["scene.yaml:2: key 'time.end': is 1 s, but 'beats: 2' of 0.8 s (electrophysiology.stimulus.period) end at 1.6 s"]),
+    ("nothing to compare", "time: {until_periodic: 1 %}\n", 2,
+     ["scene.yaml:1: key 'time.until_periodic': compares beats: it needs 'beats', the most that are allowed, two at"]),
     ("too few programs for a scheme", "participants: {mech: {}, fluid: {}}\n", 2, ["'mech' and 'fluid' need 'ale'"]),
 ]
 

@@ -83,7 +83,7 @@ class Restart(unittest.TestCase):
         self.assert_same_bits_after_a_stop(PISTON, ["time.end=400 ms", "checkpoint.every=0 ms"], 500, "1")
 
     def test_a_heartbeat_stopped_by_a_signal_goes_on_with_the_same_bits(self):
-        self.assert_same_bits_after_a_stop(VENTRICLE, VENTRICLE_SETTINGS + ["time.end=12 ms"], 30, "2")
+        self.assert_same_bits_after_a_stop(VENTRICLE, VENTRICLE_SETTINGS + ["time.end=40 ms"], 30, "2")
 
     def test_all_schemes_go_on_with_the_same_bits(self):
         for scheme in ["scheme=EFS1-corrected"], ["scheme=adaptive", "iterations=3"], [
