@@ -116,13 +116,13 @@ TEST(Fibres, DisperseEvenlyOnTheAxisAndNotAtAllAwayFromTheApex) {
         difference = std::max(difference,
                               std::abs((1 - nu) * f[i] * f[j] + nu * n[i] * n[j] - ((i == j) - s[i] * s[j]) / 2));
     const double tilt = std::asin(std::min(1., std::hypot(s[0], s[1]))); // of the wall's normal, from the axis
-    if (tilt < M_PI / 60)
+    if (tilt < M_PI / 18)
       on_axis = std::max(on_axis, difference);
     if (tilt > M_PI / 6)
       away = std::max(away, nu);
   });
   EXPECT_GE(largest(on_axis), 0) << "no point near the axis was visited";
-  EXPECT_LT(largest(on_axis), 0.02); // x < 0.105 there: 1/2 - nu = x^2 (1 - x^2/2)
+  EXPECT_LT(largest(on_axis), 0.12); // x < 0.35 there, 1/2 - nu = x^2 (1 - x^2/2); 1/2 without dispersion
   EXPECT_EQ(largest(away), 0);
 }
 
