@@ -101,7 +101,9 @@ TEST(Fibres, FormARightHandedHelixOnTheEndocardiumAndALeftHandedOneOnTheEpicardi
 }
 
 TEST(Fibres, DisperseEvenlyOnTheAxisAndNotAtAllAwayFromTheApex) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle(), 1);
+  geometry::Parameters fine;
+  fine.mesh = "M1";
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_solid(fine));
   const fem::Fibres fibres(space, {});
   // What a tension acts along, H = (1 - nu) f f + nu n n, against (I - s s) / 2, which has no direction in the wall.
   double on_axis = -1, away = -1;
