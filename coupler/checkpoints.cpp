@@ -2,89 +2,67 @@
 
 #include "common/bus/failure.h"
 #include "common/config/units.h"
+#include "common/schema/model.h"
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <tuple>
 
 namespace heartbus::coupler {
 
 namespace fs = std::filesystem;
-using nlohmann::ordered_json;
 
 namespace {
 
-[[noreturn]] void refuse(const fs::path &set, const std::string &what) {
-  throw Failure(ExitCode::file, "checkpoint " + set.string() + ": " + what);
-}
+constexpr const char *being_written = ".part";
 
-/// 64-bit FNV-1a (Fowler, Noll, Vo): finds every damage but an intended one.
-std::string checksum(const fs::path &file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<char> block(1 << 20);
-  std::uint64_t sum = 0xcbf29ce484222325u;
-  do {
-    in.read(block.data(), block.size());
-    for (std::streamsize i = 0; i < in.gcount(); ++i)
-      sum = (sum ^ static_cast<unsigned char>(block[i])) * 0x100000001b3u;
-  } while (in);
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(sum));
-  return text.data();
-}
+/// A folder among the checkpoints, named by its step; one that was completed, but not renamed any more, counts.
+struct Named {
+  fs::path folder;
+  int step = 0;
+};
 
-void check_file(const fs::path &set, const std::string &name, const ordered_json &expected) {
+std::vector<Named> sets_of(const fs::path &checkpoints, std::vector<std::string> *odd = nullptr) {
+  std::vector<Named> sets;
   std::error_code error;
-  const auto size = fs::file_size(set / name, error);
-  if (error)
-    refuse(set, name + " is missing");
-  if (const auto wanted = expected.at("bytes").get<std::uintmax_t>(); size != wanted)
-    refuse(set, name + " has " + std::to_string(size) + " bytes instead of " + std::to_string(wanted));
-  if (checksum(set / name) != expected.at("checksum").get<std::string>())
-    refuse(set, name + " is damaged: its checksum is not the one in manifest.json");
-}
-
-CheckpointSet verified(const fs::path &set) {
-  std::ifstream file(set / "manifest.json");
-  if (!file)
-    refuse(set, "there is no manifest.json, so it is not a complete checkpoint");
-  try {
-    const auto manifest = ordered_json::parse(file);
-    for (const auto &[name, expected] : manifest.at("files").items())
-      check_file(set, name, expected);
-    return {fs::absolute(set).lexically_normal().string(),
-            manifest.at("step").get<int>(),
-            manifest.at("time").get<double>(),
-            manifest.at("step_size").get<double>(),
-            {}};
-  } catch (const nlohmann::json::exception &error) {
-    refuse(set, std::string("manifest.json is damaged: ") + error.what());
+  for (const auto &entry : fs::directory_iterator(checkpoints, error)) {
+    const std::string name = entry.path().filename();
+    int step = 0;
+    const auto [end, problem] = std::from_chars(name.data(), name.data() + name.size(), step);
+    const std::string rest(end, name.data() + name.size() - end);
+    std::error_code unknown;
+    if (problem == std::errc() && step >= 0 && name[0] != '-' && (rest.empty() || rest == being_written) &&
+        entry.is_directory(unknown)) {
+      if (rest.empty() || fs::exists(entry.path() / "manifest.json", unknown))
+        sets.push_back({entry.path(), step});
+    } else if (odd)
+      odd->push_back("checkpoint " + entry.path().string() + ": a set is a folder named by its step");
   }
+  std::sort(sets.begin(), sets.end(), [](const Named &a, const Named &b) {
+    return std::tie(a.step, a.folder) < std::tie(b.step, b.folder); // 000240 before 000240.part, which is newer
+  });
+  return sets;
 }
 
-/// Sets are named by their step; those being written have another ending.
-std::vector<fs::path> sets_of(const fs::path &results) {
-  std::vector<fs::path> sets;
-  std::error_code error;
-  for (const auto &entry : fs::directory_iterator(results / "checkpoints", error))
-    if (const std::string name = entry.path().filename();
-        !name.empty() && name.find_first_not_of("0123456789") == std::string::npos)
-      sets.push_back(entry.path());
-  std::sort(sets.begin(), sets.end(),
-            [](const fs::path &a, const fs::path &b) { return std::stoi(a.filename()) < std::stoi(b.filename()); });
-  return sets;
+/// Locked first, so that nobody removes it any more.
+CheckpointSet verified(const fs::path &set) {
+  auto lock = FileLock::take(set / "manifest.json", FileLock::Kind::shared);
+  if (!lock)
+    refuse_set(set, "another run is about to remove it");
+  Manifest manifest = verify_set(set);
+  return {fs::canonical(set).string(), std::move(manifest), {}, std::make_shared<FileLock>(std::move(*lock))};
 }
 
 CheckpointSet latest_of(const fs::path &results) {
   std::vector<std::string> passed_over;
-  auto sets = sets_of(results);
+  auto sets = sets_of(results / "checkpoints", &passed_over);
   for (auto set = sets.rbegin(); set != sets.rend(); ++set)
     try {
-      CheckpointSet found = verified(*set);
+      CheckpointSet found = verified(set->folder);
       found.passed_over = passed_over;
       return found;
     } catch (const Failure &failure) {
@@ -105,37 +83,61 @@ CheckpointSet at_time(const std::string &choice, const fs::path &results) {
     throw Failure(ExitCode::file, "--restart " + choice + ": there is no such folder, and as a time: " + error.what() +
                                       "; write 'latest', a time such as '48 ms' or a folder");
   }
+  std::vector<std::string> passed_over;
   std::string others;
-  for (const auto &set : sets_of(results)) {
-    std::ifstream file(set / "manifest.json");
-    const auto manifest = ordered_json::parse(file, nullptr, false);
-    if (!manifest.is_object() || !manifest.contains("time"))
-      continue;
-    if (std::abs(manifest["time"].get<double>() - time) < 1e-9)
-      return verified(set);
-    others += (others.empty() ? "" : ", ") + config::with_unit(1e3 * manifest["time"].get<double>(), "ms");
-  }
-  throw Failure(ExitCode::file, "--restart: there is no checkpoint of " + choice + " in " + results.string() +
-                                    "; there are: " + (others.empty() ? "none" : others));
+  for (const auto &set : sets_of(results / "checkpoints", &passed_over))
+    try {
+      const double saved = read_manifest(set.folder).time;
+      if (std::abs(saved - time) < 1e-9) {
+        CheckpointSet found = verified(set.folder);
+        found.passed_over = passed_over;
+        return found;
+      }
+      others += (others.empty() ? "" : ", ") + config::with_unit(1e3 * saved, "ms");
+    } catch (const Failure &failure) {
+      passed_over.push_back(failure.what());
+    }
+  std::string message = "--restart: there is no checkpoint of " + choice + " in " + results.string() +
+                        "; there are: " + (others.empty() ? "none" : others);
+  for (const auto &reason : passed_over)
+    message += "; " + reason;
+  throw Failure(ExitCode::file, message);
+}
+
+bool is_folder(const fs::path &path) {
+  std::error_code error; // e.g. a name too long
+  return fs::is_directory(path, error);
+}
+
+CheckpointSet found(const std::string &choice, const std::string &folder) {
+  if (choice == "latest")
+    return latest_of(folder);
+  if (!is_folder(choice))
+    return at_time(choice, folder);
+  return is_folder(fs::path(choice) / "checkpoints") ? latest_of(choice) : verified(choice);
+}
+
+/// Unless somebody reads it.
+void remove_set(const fs::path &set) {
+  std::error_code error;
+  if (const auto lock = FileLock::take(set / "manifest.json", FileLock::Kind::exclusive))
+    fs::remove_all(set, error);
 }
 
 } // namespace
 
-CheckpointSet find_checkpoint(const std::string &choice, const std::string &folder) {
-  if (choice == "latest")
-    return latest_of(folder);
-  if (!fs::is_directory(choice))
-    return at_time(choice, folder);
-  return fs::is_directory(fs::path(choice) / "checkpoints") ? latest_of(choice) : verified(choice);
+CheckpointSet find_checkpoint(const std::string &choice, const std::string &folder, const SceneParameters &scene) {
+  CheckpointSet set = found(choice, folder);
+  if (const std::string differences = differences_of(set.manifest.model, model_of(scene)); !differences.empty())
+    refuse_set(set.folder, "its state is of another model than this scene: " + differences);
+  return set;
 }
 
-Checkpoints::Checkpoints(const std::string &results, const CheckpointParameters &parameters, const TimeControl &time)
-    : results_(results), parameters_(parameters), time_(time) {}
-
-std::string Checkpoints::set_folder(int step_number) const {
-  std::array<char, 16> name{};
-  std::snprintf(name.data(), name.size(), "%06d", step_number);
-  return results_ + "/checkpoints/" + name.data();
+Checkpoints::Checkpoints(const std::string &results, const SceneParameters &scene, const CheckpointSet *from)
+    : results_(results), parameters_(scene.output.checkpoint), model_(model_of(scene)), time_(scene.time) {
+  std::error_code error;
+  if (from && fs::equivalent(fs::path(from->folder).parent_path(), results + "/checkpoints", error))
+    last_before_ = from->manifest.step;
 }
 
 bool Checkpoints::due(int step_number) const {
@@ -145,43 +147,78 @@ bool Checkpoints::due(int step_number) const {
           (parameters_.every > 0 && intervals(step_number) > intervals(step_number - TimeControl::refresh_interval)));
 }
 
-std::string Checkpoints::open(const bus::Step &step) const {
-  const std::string folder = set_folder(step.number) + ".part";
+namespace {
+
+std::string name_of(int step_number) {
+  std::array<char, 16> name{};
+  std::snprintf(name.data(), name.size(), "%06d", step_number);
+  return name.data();
+}
+
+/// To the first free name in a folder.
+void move_into(const fs::path &folder, const fs::path &set) {
   std::error_code error;
+  fs::create_directories(folder, error);
+  for (int copy = 0; copy < 1000; ++copy) {
+    const fs::path target = folder / (name_of(std::atoi(set.filename().c_str())) + std::string(copy, '_'));
+    if (!fs::exists(fs::symlink_status(target, error))) {
+      fs::rename(set, target, error);
+      return;
+    }
+  }
+}
+
+} // namespace
+
+std::string Checkpoints::open(const bus::Step &step) const {
+  const fs::path folder = fs::path(results_) / "checkpoints" / (name_of(step.number) + being_written);
+  std::error_code error;
+  if (fs::exists(folder / "manifest.json", error)) // complete: an earlier run's, which ended before it could rename it
+    move_into(results_ + "/checkpoints.old", folder);
   fs::remove_all(folder, error);
   if (!fs::create_directories(folder, error))
-    throw Failure(ExitCode::file, folder + ": this folder cannot be made: " + error.message());
+    throw Failure(ExitCode::file, folder.string() + ": this folder cannot be made: " + error.message());
   return folder;
 }
 
-void Checkpoints::close(const bus::Step &step) const {
-  const fs::path set = set_folder(step.number), aside = set.string() + ".part";
+void Checkpoints::close(const bus::Step &step) {
+  const fs::path set = fs::path(results_) / "checkpoints" / name_of(step.number), aside = set.string() + being_written;
   std::error_code error;
-  fs::copy_file(results_ + "/history.csv", aside / "history.csv", error);
-  ordered_json files;
-  for (const auto &entry : fs::directory_iterator(aside))
-    files[entry.path().filename()] = {{"bytes", entry.file_size()}, {"checksum", checksum(entry.path())}};
-  std::ofstream manifest(aside / "manifest.json");
-  manifest << ordered_json{{"step", step.number}, {"time", step.time}, {"step_size", step.size}, {"files", files}}.dump(
-                  2)
-           << '\n';
-  manifest.close();
-  fs::remove_all(set, error);
-  if (manifest)
-    fs::rename(aside, set, error);
-  if (!manifest || error || !files.contains("history.csv"))
-    refuse(set, "cannot be written " + (error ? error.message() : "(disk full?)"));
+  if (!fs::copy_file(results_ + "/history.csv", aside / "history.csv", error))
+    refuse_set(set, "cannot be written: " + error.message());
+  write_manifest(aside, {step.number, step.time, step.size, model_});
+  own_numbers_.insert(step.number);
+  set_others_aside();
+  fs::rename(aside, set, error); // if somebody reads a set of that name, this one keeps its name: it is complete
 
-  auto sets = sets_of(results_);
-  for (std::size_t i = 0; i + parameters_.keep < sets.size(); ++i)
-    fs::remove_all(sets[i], error);
+  std::vector<Named> own;
+  for (const auto &known : sets_of(set.parent_path()))
+    if (is_own(known.step))
+      own.push_back(known);
+  for (std::size_t i = 0; i + parameters_.keep < own.size(); ++i)
+    remove_set(own[i].folder);
 }
 
-void Checkpoints::remove_after(int step_number) const {
-  std::error_code error;
-  for (const auto &set : sets_of(results_))
-    if (std::stoi(set.filename()) > step_number)
-      fs::remove_all(set, error);
+/// Of this run or of those it went on from.
+bool Checkpoints::is_own(int step_number) const {
+  return step_number <= last_before_ || own_numbers_.count(step_number) > 0;
+}
+
+void Checkpoints::set_others_aside() const {
+  std::vector<fs::path> others;
+  for (const auto &set : sets_of(results_ + "/checkpoints"))
+    if (const bool replaced = own_numbers_.count(set.step) && set.step == *own_numbers_.rbegin() &&
+                              set.folder.extension() != being_written;
+        replaced || !is_own(set.step))
+      others.push_back(set.folder);
+  if (others.empty())
+    return;
+  const fs::path old = results_ + "/checkpoints.old";
+  for (const auto &set : sets_of(old))
+    remove_set(set.folder);
+  for (const auto &set : others)
+    if (FileLock::take(set / "manifest.json", FileLock::Kind::exclusive))
+      move_into(old, set);
 }
 
 } // namespace heartbus::coupler

@@ -1,11 +1,13 @@
 #include "coupler/options.h"
 
 #include "common/bus/failure.h"
+#include "common/config/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <sstream>
 
 namespace heartbus::coupler {
 
@@ -60,6 +62,26 @@ std::vector<std::pair<std::string, std::string>> records_of(const Options &optio
   return records;
 }
 
+namespace {
+
+/// A message about a key begins with the place of the key, or of the block that lacks it.
+std::string with_place(const std::string &message, const std::string &scene_file) {
+  const std::string begin = "key '";
+  if (message.compare(0, begin.size(), begin) != 0)
+    return message;
+  const config::Node root = config::load_yaml(scene_file);
+  const config::Node *node = &root;
+  std::stringstream path(message.substr(begin.size(), message.find('\'', begin.size()) - begin.size()));
+  for (std::string key; std::getline(path, key, '.');)
+    if (const config::Node *next = node->find(key))
+      node = next;
+    else
+      break;
+  return node->where + ": " + message;
+}
+
+} // namespace
+
 int answer(const Options &options) {
   try {
     if (options.action == Options::Action::print_defaults) {
@@ -69,12 +91,15 @@ int answer(const Options &options) {
     const SceneParameters scene = scene_of(options);
     const std::string line = launch_line(options, scene);
     if (!options.restart.empty())
-      find_checkpoint(options.restart, folder_of(options, scene));
+      find_checkpoint(options.restart, folder_of(options, scene), scene);
     std::cout << (options.action == Options::Action::launch_line ? line : options.scene_file + ": valid") << '\n';
     return 0;
   } catch (const Failure &failure) {
-    std::cerr << "error: " << failure.what() << '\n';
+    std::cerr << "error: " << config::printable(with_place(failure.what(), options.scene_file)) << '\n';
     return static_cast<int>(failure.code());
+  } catch (const std::exception &error) {
+    std::cerr << "error: " << config::printable(options.scene_file + ":1: " + error.what()) << '\n';
+    return static_cast<int>(ExitCode::scene);
   }
 }
 

@@ -1,6 +1,7 @@
 #include "coupler/simulation.h"
 
 #include "common/config/units.h"
+#include "common/io/field_writer.h"
 #include "common/log/log.h"
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
@@ -9,6 +10,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
@@ -20,22 +22,23 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The folder of the results. What an earlier run said about itself goes; what this one would overwrite though it goes
-// on from there, or might be wanted after all, is set aside.
-std::string make_folder(const std::string &name, const std::optional<CheckpointSet> &restart) {
-  const fs::path folder = fs::absolute(name).lexically_normal();
+std::string make_folder(const std::string &name) {
   std::error_code error;
-  fs::remove(folder / "indicators.json", error);
-  const fs::path sets = folder / "checkpoints";
-  if (!restart || fs::path(restart->folder).parent_path() != sets) {
-    fs::remove_all(folder / "checkpoints.old", error);
-    fs::rename(sets, folder / "checkpoints.old", error);
-  } else
-    fs::rename(folder / "fields", folder / ("fields.before_" + fs::path(restart->folder).filename().string()), error);
   for (const char *part : {"logs", "fields"})
-    if (fs::create_directories(folder / part, error); error)
+    if (fs::create_directories(fs::path(name) / part, error); error)
       throw Failure(ExitCode::file, name + ": this folder cannot be made: " + error.message());
-  return folder;
+  return fs::canonical(name);
+}
+
+/// Pictures of another run, which are not those of the steps before this one, go out of the way.
+void set_fields_aside(const fs::path &folder) {
+  std::error_code error;
+  fs::path old = folder / "fields.old";
+  for (int n = 2; fs::exists(old, error); ++n)
+    old = folder / ("fields.old." + std::to_string(n));
+  if (!fs::is_empty(folder / "fields", error) && !error)
+    fs::rename(folder / "fields", old, error);
+  fs::create_directories(folder / "fields", error);
 }
 
 void write_file(const std::string &name, const std::string &text) {
@@ -63,12 +66,18 @@ double busy(const bus::Times &times) {
 } // namespace
 
 Simulation::Simulation(bus::Coordinator &coordinator, const Options &options)
-    : coordinator_(coordinator), options_(options), scene_(scene_of(options)) {
-  const std::string folder = folder_of(options, scene_);
+    : coordinator_(coordinator), options_(options), scene_(scene_of(options)),
+      folder_(make_folder(folder_of(options, scene_))), lock_(lock_results(folder_)) {
+  records_of(options); // says what is wrong before anything is done
   if (!options.restart.empty())
-    restart_ = find_checkpoint(options.restart, folder);
-  folder_ = make_folder(folder, restart_);
+    restart_ = find_checkpoint(options.restart, folder_, scene_);
   log_ = log::open_log(folder_, "coupler", 0, true);
+}
+
+Simulation::~Simulation() {
+  for (const auto &recording : recordings_)
+    if (recording && !ended_well_)
+      recording->stay_aside();
 }
 
 void Simulation::run() {
@@ -77,10 +86,11 @@ void Simulation::run() {
   record(runner);
   make_columns();
   const TimeControl time(scene_.time);
-  const Checkpoints checkpoints(folder_, scene_.output.checkpoint, time);
+  Checkpoints checkpoints(folder_, scene_, restart_ ? &*restart_ : nullptr);
   const bus::Step first = begin(runner, time);
+  for (const char *of_an_earlier_run : {"indicators.json", "history.csv"})
+    std::remove((folder_ + "/" + of_an_earlier_run).c_str());
   HistoryFile csv(folder_ + "/history.csv", history_);
-  checkpoints.remove_after(first.number);
 
   if (scene_.output.trace)
     begin_trace();
@@ -94,9 +104,10 @@ void Simulation::run() {
                    std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   if (trace_)
     end_trace();
+  ended_well_ = true;
 }
 
-void Simulation::steps(SequenceRunner &runner, const TimeControl &time, int number, const Checkpoints &checkpoints,
+void Simulation::steps(SequenceRunner &runner, const TimeControl &time, int number, Checkpoints &checkpoints,
                        HistoryFile &csv) {
   StepLog step_log(log_, time, number);
   bool stop = false, periodic = false;
@@ -170,9 +181,9 @@ bus::Step Simulation::restart(SequenceRunner &runner, const TimeControl &time) {
   for (const auto &reason : restart_->passed_over)
     log_->warn("passed over: {}", reason);
   const double size = time.step(1).size;
-  const bus::Step step = time.step(static_cast<int>(std::lround(restart_->time / size)));
-  if (std::abs(step.time - restart_->time) > 1e-6 * size || step.number > time.n_steps())
-    throw Failure(ExitCode::scene, "checkpoint " + restart_->folder + " is of t = " + config::shortest(restart_->time) +
+  const bus::Step step = time.step(static_cast<int>(std::lround(restart_->manifest.time / size)));
+  if (std::abs(step.time - restart_->manifest.time) > 1e-6 * size || step.number > time.n_steps())
+    throw Failure(ExitCode::scene, "checkpoint " + restart_->folder + " is of t = " + config::shortest(restart_->manifest.time) +
                                        " s; that must be a multiple of 'time.step' (" + config::shortest(size) +
                                        " s) and not beyond 'time.end' (" + config::shortest(scene_.time.end) + " s)");
   last_reports_ = runner.states(bus::Command::Kind::load, restart_->folder, step);
@@ -181,15 +192,20 @@ bus::Step Simulation::restart(SequenceRunner &runner, const TimeControl &time) {
   return step;
 }
 
-void Simulation::save(SequenceRunner &runner, const Checkpoints &checkpoints, const bus::Step &step) {
+void Simulation::save(SequenceRunner &runner, Checkpoints &checkpoints, const bus::Step &step) {
   add_times(runner.states(bus::Command::Kind::save, checkpoints.open(step), step));
   checkpoints.close(step);
+  io::remove_old_parts(folder_ + "/fields");
+  for (const auto &recording : recordings_)
+    recording->show();
   log_->info("checkpoint of t = {:.1f} ms", 1e3 * step.time);
 }
 
 Sequence Simulation::meet_participants() {
   const std::string text = print_scene(scene_);
-  write_file(folder_ + "/scene.resolved.yaml", text);
+  std::error_code error;
+  if (restart_ && !fs::equivalent(fs::path(restart_->folder).parent_path(), folder_ + "/checkpoints", error))
+    set_fields_aside(folder_);
   std::map<std::string, bus::Coordinator::Expected> expected;
   for (const auto &[name, participant] : scene_.participants)
     expected[name] = {program_name(participant.program), participant.ranks};
@@ -197,6 +213,7 @@ Sequence Simulation::meet_participants() {
 
   const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
   check(sequence, coordinator_.participants());
+  write_file(folder_ + "/scene.resolved.yaml", text);
   log_->info("{}: {}", scene_.name, to_text(sequence));
   return sequence;
 }
@@ -209,9 +226,20 @@ void Simulation::record(const SequenceRunner &runner) {
       recordings_[i]->append(step.number, step.time, values);
     };
     const auto target = coordinator_.record(runner.route_of(field), on_values);
-    recordings_[i] = std::make_unique<io::RecordingWriter>(
-        file, io::RecordedField{field, target.unit, target.components, target.coordinates});
+    recordings_[i] = open_recording(file, {field, target.unit, target.components, target.coordinates});
   }
+}
+
+/// Of a run that goes on: with what was recorded before.
+std::unique_ptr<io::RecordingWriter> Simulation::open_recording(const std::string &file,
+                                                                const io::RecordedField &field) const {
+  auto recording = std::make_unique<io::RecordingWriter>(file, field);
+  if (restart_ && fs::exists(file))
+    recording->keep(io::RecordingReader(file), field, restart_->manifest.time);
+  else if (restart_)
+    log_->warn("{} begins at t = {:.1f} ms, where this run goes on: nothing was recorded there before", file,
+               1e3 * restart_->manifest.time);
+  return recording;
 }
 
 // A scalar keeps its own name while only one participant has it.

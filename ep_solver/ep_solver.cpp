@@ -161,7 +161,9 @@ void EPSolver::save_state(const std::string &folder, const bus::Step &) {
   io::save_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
 }
 
-void EPSolver::load_state(const std::string &folder, const bus::Step &) {
+void EPSolver::load_state(const std::string &folder, const bus::Step &step) {
+  if (writer_)
+    writer_->go_on_from(step.time);
   io::load_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
   np1_ = n_;
   model_->get_calcium(space_.n_owned_nodes(), n_.ionic, calcium_.data());

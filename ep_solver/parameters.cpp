@@ -1,19 +1,25 @@
 #include "ep_solver/parameters.h"
 
+#include "common/config/units.h"
 #include "ep_solver/ionic/ionic_models.h"
+
+#include <cmath>
 
 namespace heartbus::ep {
 
 void StimulusSite::describe(config::Section &s) {
   s.choice("shape", shape, {"ball", "cube"}, "a ball has a smooth edge, a cube a sharp one");
   s.quantities("centre", centre, "m", 3, "in the reference configuration");
-  s.quantity("radius", radius, "m", config::positive, "of the cube: half an edge; at least two cells wide");
+  for (const double x : centre)
+    if (std::abs(x) > 1)
+      s.fail("centre", config::with_unit(x, "m") + " is out of range; hearts measure centimetres");
+  s.quantity("radius", radius, "m", config::between(1e-5, 1, "hearts measure centimetres"), "of the cube: half an edge; at least two cells wide");
 }
 
 void StimulusParameters::describe(config::Section &s) {
-  s.quantity("amplitude", amplitude, "V/s", config::any, "applied current over capacitance, not 0");
-  s.quantity("duration", duration, "s", config::positive, "of the stimulus, from the start of each period");
-  s.quantity("period", period, "s", config::positive, "from one stimulus to the next");
+  s.quantity("amplitude", amplitude, "V/s", config::between(-1e5, 1e5), "applied current over capacitance, not 0");
+  s.quantity("duration", duration, "s", config::between(1e-6, 1e3), "of the stimulus, from the start of each period");
+  s.quantity("period", period, "s", config::between(1e-3, 1e3, "hearts beat about once a second"), "from one stimulus to the next");
   if (amplitude == 0)
     s.fail("amplitude", "a stimulus of 0 V/s never fires; typical are 35.7 V/s");
   if (duration > period)

@@ -281,7 +281,9 @@ void FluidSolver::save_state(const std::string &folder, const bus::Step &) {
   io::save_state(space_.communicator(), folder + "/fluid.h5", [&](io::State &state) { visit(state); });
 }
 
-void FluidSolver::load_state(const std::string &folder, const bus::Step &) {
+void FluidSolver::load_state(const std::string &folder, const bus::Step &step) {
+  if (writer_)
+    writer_->go_on_from(step.time);
   io::load_state(space_.communicator(), folder + "/fluid.h5", [&](io::State &state) { visit(state); });
   problem_.resume();
 }

@@ -134,15 +134,16 @@ void NavierStokesProblem::hold(const Vector &held) {
   held_by_the_wall_.resize(4 * space_.n_local_nodes());
   for (std::size_t k = 0; k < held_by_the_wall_.size(); ++k)
     held_by_the_wall_[k] = held.begin()[k] != 0;
-  constrained_.clear(); // to be made anew
+  constraints_are_known_ = false; // to be made anew
 }
 
 void NavierStokesProblem::update_constraints() {
   std::vector<bool> open;
   for (const auto &orifice : orifices_)
     open.push_back(orifice->open);
-  if (!constrained_.empty() && open == orifices_open_)
+  if (constraints_are_known_ && open == orifices_open_)
     return;
+  constraints_are_known_ = true;
   orifices_open_ = open;
   constrained_ = held_by_the_wall_;
   constrained_.resize(4 * space_.n_local_nodes(), 0);

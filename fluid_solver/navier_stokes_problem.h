@@ -147,7 +147,8 @@ class NavierStokesProblem {
   fem::Vector interface_flux_;           // interface_flux_ * u = int u.n
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
-  fem::Constraints constrained_, held_by_the_wall_;
+  fem::Constraints constrained_, held_by_the_wall_; ///< empty on a rank without nodes
+  bool constraints_are_known_ = false;
   fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
   fem::RoundedMatrix A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;

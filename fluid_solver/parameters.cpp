@@ -7,12 +7,18 @@ namespace heartbus::fluid {
 using config::non_negative;
 using config::positive;
 
+namespace {
+
+constexpr config::Range blood_pressure = config::between(-1e6, 1e6, "pressures of blood are a few 10 kPa at most");
+
+} // namespace
+
 /// A step that ends with the pulse belongs to it, whatever the round-off.
 double InletParameters::at(double time) const { return time < duration * (1 + 1e-9) ? pressure : 0; }
 
 void InletParameters::describe(config::Section &s) {
   s.text("label", label, "boundary part through which it comes; empty: none");
-  s.quantity("pressure", pressure, "Pa", config::any,
+  s.quantity("pressure", pressure, "Pa", blood_pressure,
              "on the blood while it lasts; afterwards 0 Pa, as on all boundaries without a condition");
   s.quantity("duration", duration, "s", non_negative, "time from the start");
 }
@@ -20,12 +26,12 @@ void InletParameters::describe(config::Section &s) {
 void Parameters::describe(config::Section &s) {
   s.quantity("density", density, "kg/m^3", positive, "density of blood");
   s.quantity("viscosity", viscosity, "Pa s", positive, "dynamic viscosity of blood");
-  s.quantity("initial_pressure", initial_pressure, "Pa", config::any, "pressure at the start");
+  s.quantity("initial_pressure", initial_pressure, "Pa", blood_pressure, "pressure at the start");
   s.texts("no_slip", no_slip, "boundary labels where the blood is at rest; closed valves join them");
   s.texts("slip", slip, "flat boundary labels, each normal to a coordinate axis, along which the blood slides");
   inlet.describe(s.section("inlet", "an opening with a pulse of pressure"));
-  s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", config::any, "atrial pressure at the open mitral valve");
-  s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", config::any, "pressure of the aorta without flow");
+  s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", blood_pressure, "atrial pressure at the open mitral valve");
+  s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", blood_pressure, "pressure of the aorta without flow");
   s.quantity("aortic_resistance", aortic_resistance, "kg/(s m^4)", non_negative,
              "rise of the aortic pressure per flow through the open valve");
   s.quantity("valve_hysteresis", valves.hysteresis, "Pa", non_negative, "excess of pressure that opens a closed valve");

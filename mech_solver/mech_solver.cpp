@@ -4,6 +4,9 @@
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
+#include <algorithm>
+#include <numeric>
+
 namespace heartbus::mech {
 
 MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters,
@@ -285,6 +288,8 @@ void MechSolver::save_state(const std::string &folder, const bus::Step &step) {
 
 void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   io::load_state(space_.communicator(), folder + "/mech.h5", [&](io::State &state) { visit(state, step); });
+  if (writer_)
+    writer_->go_on_from(step.time);
   force_generation_.tension(problem_.tension.begin());
   d_ = problem_.d_n;
   blood_force_ = wall_force_ = blood_force_n_;
@@ -302,7 +307,8 @@ void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values,
 
 double MechSolver::peak_tension() const {
   const auto &tension = problem_.tension;
-  return *std::max_element(tension.begin(), tension.begin() + space_.n_owned_nodes());
+  return std::accumulate(tension.begin(), tension.begin() + space_.n_owned_nodes(), 0., // a rank may have no node
+                         [](double a, double b) { return std::max(a, b); });
 }
 
 void MechSolver::write(double time) {

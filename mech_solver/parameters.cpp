@@ -6,6 +6,8 @@ namespace heartbus::mech {
 
 namespace {
 
+constexpr config::Range pressure = config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
+
 void describe_law(Guccione &law, config::Section &s) {
   s.quantity("c", law.c, "Pa", config::positive, "stiffness of the exponential");
   s.number("a_ff", law.a_ff, config::non_negative, "exponent along the fibre");
@@ -48,8 +50,8 @@ double EndPressureParameters::at(double time) const {
 
 void EndPressureParameters::describe(config::Section &s) {
   s.text("label", label, "boundary part that is pushed; empty: none");
-  s.quantity("initial", initial, "Pa", config::any, "at the start, inflation included");
-  s.quantity("final", final, "Pa", config::any, "after the ramp");
+  s.quantity("initial", initial, "Pa", pressure, "at the start, inflation included");
+  s.quantity("final", final, "Pa", pressure, "after the ramp");
   s.quantity("ramp", ramp, "s", config::non_negative, "time from the one to the other");
 }
 
@@ -73,7 +75,7 @@ void Parameters::describe(config::Section &s) {
   pericardium.describe(s.section("pericardium", "springs and dampers on the outside"));
   s.texts("fixed", fixed, "boundary parts without displacement");
   s.texts("rollers", rollers, "flat boundary parts without normal displacement");
-  s.quantity("initial_pressure", initial_pressure, "Pa", config::any,
+  s.quantity("initial_pressure", initial_pressure, "Pa", pressure,
              "on the interface, to which the solid is inflated");
   s.integer("inflation_steps", inflation_steps, {1, 10000}, "load steps of the inflation");
   end_pressure.describe(s.section("end_pressure", "pressure from outside on one boundary part"));

@@ -1,6 +1,7 @@
 #include "common/config/nearest.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace heartbus::config {
 
@@ -26,6 +27,8 @@ std::size_t edit_distance(const std::string &a, const std::string &b) {
 
 std::string nearest(const std::string &word, const std::vector<std::string> &candidates) {
   std::string best;
+  if (word.size() > 64) // no slip of the keyboard
+    return best;
   std::size_t smallest = std::max<std::size_t>(1, (word.size() + 1) / 3) + 1;
   for (const auto &candidate : candidates)
     if (const std::size_t distance = edit_distance(word, candidate); distance < smallest) {
@@ -38,6 +41,20 @@ std::string nearest(const std::string &word, const std::vector<std::string> &can
 std::string did_you_mean(const std::string &word, const std::vector<std::string> &candidates) {
   const std::string best = nearest(word, candidates);
   return best.empty() ? "." : "; did you mean '" + best + "'?";
+}
+
+std::string printable(const std::string &text) {
+  constexpr std::size_t longest = 2000, end = 500;
+  std::string line;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
+    const bool is_control = c < 0x20 || c == 0x7f || (c == 0xc2 && next >= 0x80 && next < 0xa0); // the last: of UTF-8
+    char escaped[8];
+    std::snprintf(escaped, sizeof escaped, "\\x%02x", c);
+    line += is_control ? escaped : std::string(1, text[i]);
+  }
+  return line.size() <= longest ? line : line.substr(0, longest - end) + " ... " + line.substr(line.size() - end);
 }
 
 std::string joined(const std::vector<std::string> &words) {

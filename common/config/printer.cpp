@@ -105,6 +105,16 @@ class Printer : public Section {
     return text;
   }
 
+  void collect_values(const std::string &prefix, std::vector<std::pair<std::string, std::string>> &values) const {
+    for (const Entry &entry : entries_) {
+      if (entry.blocks.empty())
+        values.emplace_back(prefix + entry.key, entry.value);
+      for (const auto &block : entry.blocks)
+        if (!entry.is_list)
+          block->collect_values(prefix + entry.key + ".", values);
+    }
+  }
+
   void collect_paths(const std::string &prefix, std::vector<std::string> &paths) const {
     for (const Entry &entry : entries_) {
       paths.push_back(prefix + entry.key);
@@ -129,6 +139,14 @@ std::string print(const Describe &describe) {
   Printer printer;
   describe(printer);
   return printer.lines("");
+}
+
+std::vector<std::pair<std::string, std::string>> values(const Describe &describe) {
+  Printer printer;
+  describe(printer);
+  std::vector<std::pair<std::string, std::string>> all;
+  printer.collect_values("", all);
+  return all;
 }
 
 std::vector<std::string> key_paths(const Describe &describe) {

@@ -74,7 +74,7 @@ class Reader final : public Section {
 
   void text(const std::string &key, std::string &value, const std::string &) override {
     if (const Node *node = scalar(key))
-      value = node->value;
+      value = plain_text(key, node->value);
   }
 
   void choice(const std::string &key, std::string &value, const std::vector<std::string> &allowed,
@@ -94,7 +94,7 @@ class Reader final : public Section {
       for (const Node &item : node->children) {
         if (item.kind != Node::Kind::scalar)
           fail(key, "must be a list of words");
-        values.push_back(item.value);
+        values.push_back(plain_text(key, item.value));
       }
     }
   }
@@ -106,7 +106,7 @@ class Reader final : public Section {
         fail(key, "must have " + std::to_string(size) + " entries, not " + std::to_string(node->children.size()));
       values.clear();
       for (const Node &item : node->children)
-        values.push_back(converted(key, [&] { return parse_quantity(item.value, unit); }));
+        values.push_back(checked(key, converted(key, [&] { return parse_quantity(item.value, unit); }), any, unit));
     }
   }
 
@@ -187,17 +187,33 @@ class Reader final : public Section {
   /// Whether the scene has this word for the key. `is_word` stays when it has nothing.
   bool take_word(const std::string &key, const std::string &word, bool &is_word) {
     const Node *node = node_ ? node_->find(key) : nullptr;
-    if (node && node->kind == Node::Kind::scalar)
-      is_word = node->value == word;
+    if (node)
+      is_word = node->kind == Node::Kind::scalar && node->value == word;
     if (node && is_word)
       take(key);
     return node && is_word;
   }
 
+  const std::string &plain_text(const std::string &key, const std::string &text) {
+    if (printable(text) != text)
+      fail(key, "'" + printable(text) + "' has control characters, or is longer than any name");
+    return text;
+  }
+
   double checked(const std::string &key, double value, const Range &range, const std::string &unit) {
-    if (value < range.low || value > range.high || (range.low_excluded && value == range.low))
+    const auto is_within = [&](double x) {
+      return x >= range.low && x <= range.high && !(range.low_excluded && x == range.low);
+    };
+    if (!is_within(value)) {
+      const bool is_thousandfold = unit == "m" && std::isfinite(range.high) && is_within(1e-3 * value);
+      fail(key, shortest(value) + (unit.empty() ? "" : " " + unit) + " is out of range; allowed: " +
+                    allowed_range(range, unit) + (*range.why ? ": " : "") + range.why +
+                    (is_thousandfold ? "; metres for millimetres?" : ""));
+    }
+    constexpr double largest = 1e15;
+    if (value != 0 && !(std::abs(value) <= largest && std::abs(value) >= 1 / largest))
       fail(key, shortest(value) + (unit.empty() ? "" : " " + unit) +
-                    " is out of range; allowed: " + allowed_range(range, unit));
+                    " is out of range; no quantity here is larger than 1e15 or smaller than 1e-15");
     return value;
   }
 

@@ -13,11 +13,12 @@ struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool low_excluded = false;
+  const char *why = ""; ///< what is wrong with others, for whoever wrote one
 };
 inline constexpr Range any{};
 inline constexpr Range positive{0, std::numeric_limits<double>::infinity(), true};
 inline constexpr Range non_negative{0};
-constexpr Range between(double low, double high) { return {low, high}; }
+constexpr Range between(double low, double high, const char *why = "") { return {low, high, false, why}; }
 
 /// A block of the scene, seen by the code that owns its keys. Each parameter is written once, in a `describe` function:
 ///

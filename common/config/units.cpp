@@ -73,6 +73,8 @@ Unit symbol(const std::string &name) {
 }
 
 Unit power(const Unit &unit, int exponent) {
+  if (std::abs(exponent) > 9)
+    throw std::invalid_argument("a unit to the power of " + std::to_string(exponent) + " measures nothing");
   Unit result{std::pow(unit.factor, exponent), unit.decade * exponent, unit.powers};
   for (int &p : result.powers)
     p *= exponent;
@@ -113,7 +115,10 @@ class Parser {
   Unit factor() {
     skip_spaces();
     if (accept('(')) {
+      if (++depth_ > 10)
+        throw std::invalid_argument("unit '" + text_ + "' has brackets in brackets, more than ten deep");
       const Unit unit = product_of_factors();
+      --depth_;
       if (!accept(')'))
         throw std::invalid_argument("unit '" + text_ + "' lacks a ')'");
       return unit;
@@ -150,6 +155,7 @@ class Parser {
 
   std::string text_;
   std::size_t at_ = 0;
+  int depth_ = 0; ///< of brackets
 };
 
 std::string trimmed(const std::string &text) {
@@ -177,6 +183,8 @@ double scaled(double value, int decade) {
 } // namespace
 
 Unit parse_unit(const std::string &text) {
+  if (text.size() > 100)
+    throw std::invalid_argument("'" + text + "' is longer than any unit");
   // The micro sign and the Greek letter mu, as users type them.
   std::string plain = trimmed(text);
   for (const char *mu : {"\xC2\xB5", "\xCE\xBC"})
@@ -211,7 +219,11 @@ double parse_quantity(const std::string &text, const std::string &unit) {
     throw std::invalid_argument("expected a " + (name.empty() ? "unit" : name + "-like unit") + ", e.g. " + unit +
                                 "; got " + given_text);
   }
-  return scaled(value, given.decade - wanted.decade) * (given.factor / wanted.factor);
+  const double converted = scaled(value, given.decade - wanted.decade) * (given.factor / wanted.factor);
+  if (!std::isfinite(converted) || (converted == 0 && value != 0))
+    throw std::invalid_argument("'" + plain + "' is too " + (converted == 0 ? "small" : "large") +
+                                " for a number in " + unit);
+  return converted;
 }
 
 std::string with_unit(double value, const std::string &unit) {

@@ -1,12 +1,40 @@
 #include "common/geometry/parameters.h"
 
+#include "common/config/units.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 
 namespace heartbus::geometry {
 
+using config::between;
 using config::positive;
+
+namespace {
+
+constexpr config::Range size_of_heart = between(1e-3, 0.5, "hearts measure centimetres"),
+                        size_of_wall = between(1e-4, 0.1, "walls of hearts measure millimetres"),
+                        size_of_part = between(1e-4, 0.2, "valves measure millimetres to centimetres"),
+                        place_in_heart = between(-0.5, 0.5, "hearts measure centimetres"),
+                        size_of_body = between(1e-5, 10, "tissue and vessels measure millimetres to centimetres");
+constexpr config::Range number_of_cells = between(1, 10000);
+
+void limit_cells(config::Section &s, const std::string &key, double n) {
+  if (n > 1e8)
+    s.fail(key, "makes " + std::to_string(std::llround(std::min(n, 1e18))) + " cells; 100000000 at most");
+}
+
+/// A valve lies in the base, which the endocardium cuts in a circle.
+void check_valve(config::Section &s, const std::string &name, double centre, double radius, double base_radius) {
+  if (std::abs(centre) + radius > base_radius)
+    s.fail(name + "_radius", "the disc reaches " + config::with_unit(1e3 * (std::abs(centre) + radius), "mm") +
+                                 " from the axis, beyond the base, whose radius is " +
+                                 config::with_unit(1e3 * base_radius, "mm") + " inside the wall");
+}
+
+} // namespace
 
 void Parameters::describe(config::Section &s) {
   s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube"}, "what the body looks like");
@@ -18,50 +46,61 @@ void Parameters::describe(config::Section &s) {
 }
 
 void VentricleParameters::describe(config::Section &s) {
-  s.quantity("endocardium_across", endocardium_across, "m", positive, "short semi-axis of the endocardium");
-  s.quantity("endocardium_along", endocardium_along, "m", positive, "long semi-axis of the endocardium");
-  s.quantity("wall", wall, "m", positive, "thickness of the wall, added to both semi-axes");
-  s.quantity("base_height", base_height, "m", config::any, "height of the base above the widest section");
-  s.quantity("mitral_radius", mitral_radius, "m", positive, "radius of the mitral disc");
-  s.quantity("aortic_radius", aortic_radius, "m", positive, "radius of the aortic disc");
-  s.quantity("mitral_centre", mitral_centre, "m", config::any, "x of the centre of the mitral disc");
-  s.quantity("aortic_centre", aortic_centre, "m", config::any, "x of the centre of the aortic disc");
+  s.quantity("endocardium_across", endocardium_across, "m", size_of_heart, "short semi-axis of the endocardium");
+  s.quantity("endocardium_along", endocardium_along, "m", size_of_heart, "long semi-axis of the endocardium");
+  s.quantity("wall", wall, "m", size_of_wall, "thickness of the wall, added to both semi-axes");
+  s.quantity("base_height", base_height, "m", place_in_heart, "height of the base above the widest section");
+  s.quantity("mitral_radius", mitral_radius, "m", size_of_part, "radius of the mitral disc");
+  s.quantity("aortic_radius", aortic_radius, "m", size_of_part, "radius of the aortic disc");
+  s.quantity("mitral_centre", mitral_centre, "m", place_in_heart, "x of the centre of the mitral disc");
+  s.quantity("aortic_centre", aortic_centre, "m", place_in_heart, "x of the centre of the aortic disc");
   if (std::abs(base_height) >= endocardium_along)
     s.fail("base_height", "the base must cut the endocardium: its height must be less than endocardium_along");
   if (std::abs(aortic_centre - mitral_centre) < aortic_radius + mitral_radius)
     s.fail("mitral_centre", "the discs of the valves overlap: their centres must be apart by the sum of the radii");
+  const double share = base_height / endocardium_along, base_radius = endocardium_across * std::sqrt(1 - share * share);
+  check_valve(s, "mitral", mitral_centre, mitral_radius, base_radius);
+  check_valve(s, "aortic", aortic_centre, aortic_radius, base_radius);
 }
 
 void PistonParameters::describe(config::Section &s) {
-  s.quantity("width", width, "m", positive, "side of the square cross-section");
-  s.quantity("column", column, "m", positive, "length of the elastic column");
-  s.quantity("fluid", fluid, "m", positive, "height of the box of fluid above it");
-  s.integer("cells_across", cells_across, {1}, "cells along each side of the cross-section");
-  s.integer("cells_column", cells_column, {1}, "cells along the column");
-  s.integer("cells_fluid", cells_fluid, {1}, "cells along the height of the fluid");
+  s.quantity("width", width, "m", size_of_body, "side of the square cross-section");
+  s.quantity("column", column, "m", size_of_body, "length of the elastic column");
+  s.quantity("fluid", fluid, "m", size_of_body, "height of the box of fluid above it");
+  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the cross-section");
+  s.integer("cells_column", cells_column, number_of_cells, "cells along the column");
+  s.integer("cells_fluid", cells_fluid, number_of_cells, "cells along the height of the fluid");
+  limit_cells(s, "cells_across", double(cells_across) * cells_across * (cells_column + cells_fluid));
 }
 
 void SlabParameters::describe(config::Section &s) {
   s.quantities("size", size, "m", 3, "lengths along x, y, z");
-  s.quantity("cell", cell, "m", positive, "wanted edge length of a cell");
-  if (*std::min_element(size.begin(), size.end()) <= 0)
-    s.fail("size", "the lengths must be positive");
+  s.quantity("cell", cell, "m", size_of_body, "wanted edge length of a cell");
+  double n_cells = 1;
+  for (const double length : size) {
+    if (!(length >= size_of_body.low && length <= size_of_body.high))
+      s.fail("size", "the lengths must be positive, from 0.01 mm to 10 m");
+    n_cells *= std::max(1., std::round(length / cell));
+  }
+  limit_cells(s, "cell", n_cells);
 }
 
 void TubeParameters::describe(config::Section &s) {
-  s.quantity("length", length, "m", positive, "length of the tube, along z");
-  s.quantity("radius", radius, "m", positive, "inner radius");
-  s.quantity("wall", wall, "m", positive, "thickness of the wall");
-  s.integer("cells_along", cells_along, {1}, "cells along the tube");
-  s.integer("cells_across", cells_across, {1}, "cells along each side of the square core; four times as many around");
-  s.integer("shells", shells, {1}, "layers of fluid cells between core and wall");
-  s.integer("layers", layers, {1}, "layers of cells through the wall");
+  s.quantity("length", length, "m", size_of_body, "length of the tube, along z");
+  s.quantity("radius", radius, "m", size_of_body, "inner radius");
+  s.quantity("wall", wall, "m", size_of_body, "thickness of the wall");
+  s.integer("cells_along", cells_along, number_of_cells, "cells along the tube");
+  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the square core; four times as many around");
+  s.integer("shells", shells, number_of_cells, "layers of fluid cells between core and wall");
+  s.integer("layers", layers, number_of_cells, "layers of cells through the wall");
+  limit_cells(s, "cells_along", double(cells_along) * cells_across * (cells_across + 4. * (shells + layers)));
 }
 
 void FibreParameters::describe(config::Section &s) {
+  constexpr config::Range angle = between(-3.2, 3.2, "half a turn is 3.14 rad or 180 deg");
   s.choice("rule", rule, {"transmural", "constant"}, "how fibres are laid");
-  s.quantity("angle_endo", angle_endo, "rad", config::any, "fibre angle on the endocardium, against the circumference");
-  s.quantity("angle_epi", angle_epi, "rad", config::any, "fibre angle on the epicardium");
+  s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
+  s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
   s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),
              "where the wall's normal is closer than this to the long axis, at the apex, fibres disperse along the wall");
   s.quantities("direction", direction, "1", 3, "fibre direction of the constant rule");

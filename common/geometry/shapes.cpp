@@ -147,7 +147,25 @@ Mesh make_slab(const SlabParameters &p) {
 
 Ventricle make_ventricle(const Parameters &p) { return {p.ventricle, ventricle_sizes.at(p.mesh)}; }
 
+using Labels = std::vector<std::string>;
+
 } // namespace
+
+std::vector<std::string> solid_labels(const Parameters &p) {
+  if (p.shape == "piston")
+    return {"x_low", "x_high", "y_low", "y_high", "z_low", "interface"};
+  if (p.shape == "slab")
+    return {"x_low", "x_high", "y_low", "y_high", "z_low", "z_high"};
+  return p.shape == "tube" ? Labels{"interface", "outer", "ends"} : Labels{"interface", "epicardium", "base"};
+}
+
+std::vector<std::string> fluid_labels(const Parameters &p) {
+  if (p.shape == "slab")
+    return {};
+  if (p.shape == "piston")
+    return {"x_low", "x_high", "y_low", "y_high", "interface", "z_high"};
+  return p.shape == "tube" ? Labels{"interface", "inlet", "outlet"} : Labels{"interface", "base", "mitral", "aortic"};
+}
 
 Mesh make_solid(const Parameters &p) {
   if (p.shape == "piston")

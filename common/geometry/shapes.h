@@ -5,6 +5,10 @@
 
 namespace heartbus::geometry {
 
+/// The labels of the two meshes, without making them; of the fluid none for shapes without fluid.
+std::vector<std::string> solid_labels(const Parameters &parameters);
+std::vector<std::string> fluid_labels(const Parameters &parameters);
+
 /// The mesh of the solid. Labels: ventricle `interface`, `epicardium`, `base`; tube `interface`, `outer`, `ends`;
 /// piston `interface` (top), x_low, x_high, y_low, y_high, z_low; slab x_low .. z_high.
 Mesh make_solid(const Parameters &parameters);

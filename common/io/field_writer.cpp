@@ -1,51 +1,32 @@
 #include "common/io/field_writer.h"
 
-#include "common/bus/failure.h"
+#include "common/io/hdf5_object.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <hdf5.h>
+#include <map>
 #include <numeric>
 #include <sstream>
 
 namespace heartbus::io {
+
+namespace fs = std::filesystem;
+
 namespace {
-
-/// An HDF5 identifier, closed when it goes out of scope.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t), const std::string &what) : id_(id), close_(close) {
-    if (id < 0)
-      throw Failure(ExitCode::file, "HDF5 could not " + what);
-  }
-  ~Handle() { close_(id_); }
-  Handle(const Handle &) = delete;
-  Handle &operator=(const Handle &) = delete;
-  operator hid_t() const { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-void require(herr_t status, const std::string &what) {
-  if (status < 0)
-    throw Failure(ExitCode::file, "HDF5 could not " + what);
-}
 
 void write_table(hid_t group, const std::string &name, hid_t type, hsize_t rows, hsize_t columns, const void *data) {
   const hsize_t extent[2] = {rows, columns};
-  const Handle space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe the table " + name);
-  const Handle table(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
+  const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe the table " + name);
+  const Hdf5Object table(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
                      "create the table " + name);
   require(H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "write the table " + name + " (disk full?)");
 }
 
 void write_time(hid_t group, double time) {
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "describe the time");
-  const Handle attribute(H5Acreate2(group, "time", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+  const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose, "describe the time");
+  const Hdf5Object attribute(H5Acreate2(group, "time", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
                          "create the time");
   require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &time), "write the time");
 }
@@ -63,10 +44,64 @@ std::string topology_name(unsigned nodes_per_cell) {
   return nodes_per_cell == 8 ? "Hexahedron" : nodes_per_cell == 4 ? "Tetrahedron" : "Tetrahedron_10";
 }
 
-std::string group_name(std::size_t instant) {
-  char name[16];
+std::string numbered(std::size_t instant) {
+  char name[24];
   std::snprintf(name, sizeof(name), "%06zu", instant);
   return name;
+}
+
+constexpr const char *parts_mark = ".parts-";
+
+/// The number of FOLDER/NAME.parts-NUMBER, or 0.
+int parts_number(const fs::path &folder, const std::string &name) {
+  const std::string file = folder.filename(), start = name + parts_mark;
+  return file.compare(0, start.size(), start) == 0 ? std::atoi(file.c_str() + start.size()) : 0;
+}
+
+/// The folder for the parts of a new series: nobody else's, even when two begin at once.
+std::string make_parts(const std::string &folder, const std::string &name) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  int number = 0;
+  for (const auto &entry : fs::directory_iterator(folder, error))
+    number = std::max(number, parts_number(entry.path(), name));
+  for (++number; !error; ++number)
+    if (const std::string parts = name + parts_mark + std::to_string(number);
+        fs::create_directory(folder + "/" + parts, error))
+      return parts;
+  throw Failure(ExitCode::file, folder + ": no folder can be made in it: " + error.message());
+}
+
+std::string content(const std::string &file_name) {
+  std::ifstream file(file_name);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// An instant of a series: the file that holds it and its description.
+struct Instant {
+  std::string part, grid;
+};
+
+/// Those of a series as it is on disk, up to a time [s]; a foreign file has none.
+std::vector<Instant> instants_until(double last, const std::string &xdmf_name, const std::string &name) {
+  const std::string text = content(xdmf_name), begin = "    <Grid ", end = "    </Grid>\n", time = "<Time Value=\"",
+                    part = ">" + name + parts_mark;
+  std::vector<Instant> found;
+  for (std::size_t from = 0; (from = text.find(begin, from)) != std::string::npos;) {
+    const std::size_t to = text.find(end, from);
+    const std::string grid = text.substr(from, to == std::string::npos ? 0 : to + end.size() - from);
+    // the mesh comes first, then the fields
+    const std::size_t when = grid.find(time), where = grid.rfind(part), stop = grid.find(":/", where);
+    if (when == std::string::npos || where == std::string::npos || stop == std::string::npos)
+      break;
+    if (std::strtod(grid.c_str() + when + time.size(), nullptr) > last)
+      break;
+    found.push_back({grid.substr(where + 1, stop - where - 1), grid});
+    from = to + end.size();
+  }
+  return found;
 }
 
 template <class T>
@@ -127,22 +162,36 @@ struct FieldWriter::Implementation {
       std::copy(firsts.begin(), firsts.end(), nodes.offsets.begin());
   }
 
-  void create(const std::string &folder, const std::string &base_name, const OutputMesh &mesh) {
+  void create(const std::string &in_folder, const std::string &base_name, const OutputMesh &mesh) {
     name = base_name;
+    folder = in_folder + "/";
     const auto points = gather(communicator, nodes, 3, n_owned_nodes ? mesh.points[0].data() : nullptr, n_owned_nodes);
     auto vertices = gather(communicator, cells, nodes_per_cell, mesh.cells.data(), n_owned_cells);
     if (!root)
       return;
-    std::error_code ignored; // opening the file reports what matters
-    std::filesystem::create_directories(folder, ignored);
-    path = folder + "/" + name;
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-    file = std::make_unique<Handle>(H5Fcreate((path + ".h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT),
-                                    H5Fclose, "create " + path + ".h5; does the folder exist, may it be written?");
-    const Handle group(H5Gcreate2(*file, "mesh", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "create a group");
+    parts = make_parts(in_folder, name);
+    open("mesh.h5");
     to_vtk_order(vertices, nodes_per_cell);
-    write_table(group, "points", H5T_NATIVE_DOUBLE, nodes.total, 3, points.data());
-    write_table(group, "cells", H5T_NATIVE_UINT64, cells.total, nodes_per_cell, vertices.data());
+    write_table(*file, "points", H5T_NATIVE_DOUBLE, nodes.total, 3, points.data());
+    write_table(*file, "cells", H5T_NATIVE_UINT64, cells.total, nodes_per_cell, vertices.data());
+    close();
+  }
+
+  void go_on_from(double time) {
+    if (root)
+      instants = instants_until(time * (1 + 1e-9), folder + name + ".xdmf", name);
+  }
+
+  /// A part of the series, aside.
+  void open(const std::string &part_name) {
+    part = parts + "/" + part_name;
+    file = std::make_unique<Hdf5Object>(create_file(folder + part + ".tmp", "create " + folder + part));
+  }
+
+  void close() {
+    file->close("write " + folder + part + " (disk full?)");
+    file.reset();
+    publish(folder + part + ".tmp", folder + part);
   }
 
   void write(const std::string &field, const std::string &centre, const Layout &layout, unsigned components,
@@ -150,51 +199,68 @@ struct FieldWriter::Implementation {
     const auto all = gather(communicator, layout, components, values, n_rows);
     if (!root)
       return;
-    write_table(*instant, field, H5T_NATIVE_DOUBLE, layout.total, components, all.data());
-    xdmf << "      <Attribute Name=\"" << field << "\" AttributeType=\"" << (components == 3 ? "Vector" : "Scalar")
+    write_table(*file, field, H5T_NATIVE_DOUBLE, layout.total, components, all.data());
+    grid << "      <Attribute Name=\"" << field << "\" AttributeType=\"" << (components == 3 ? "Vector" : "Scalar")
          << "\" Center=\"" << centre << "\">\n"
-         << item(group_name(n_instants) + "/" + field, "Float", layout.total, components) << "      </Attribute>\n";
+         << item(part + ":/" + field, "Float", layout.total, components) << "      </Attribute>\n";
   }
 
-  std::string item(const std::string &table, const char *type, std::size_t rows, unsigned columns) const {
+  static std::string item(const std::string &table, const char *type, std::size_t rows, unsigned columns) {
     std::ostringstream text;
     text << "        <DataItem Format=\"HDF\" NumberType=\"" << type << "\" Precision=\"8\" Dimensions=\"" << rows
-         << ' ' << columns << "\">" << name << ".h5:/" << table << "</DataItem>\n";
+         << ' ' << columns << "\">" << table << "</DataItem>\n";
     return text.str();
   }
 
   void begin(double time) {
     if (!root)
       return;
-    instant = std::make_unique<Handle>(
-        H5Gcreate2(*file, group_name(n_instants).c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
-        "open an instant in " + path + ".h5");
-    write_time(*instant, time);
-    xdmf.precision(16);
-    xdmf << "    <Grid Name=\"" << name << "\" GridType=\"Uniform\">\n      <Time Value=\"" << time << "\"/>\n"
+    open(numbered(instants.size()) + ".h5");
+    write_time(*file, time);
+    grid.str("");
+    grid.precision(16);
+    grid << "    <Grid Name=\"" << name << "\" GridType=\"Uniform\">\n      <Time Value=\"" << time << "\"/>\n"
          << "      <Topology TopologyType=\"" << topology_name(nodes_per_cell) << "\" NumberOfElements=\""
          << cells.total << "\">\n"
-         << item("mesh/cells", "UInt", cells.total, nodes_per_cell) << "      </Topology>\n"
+         << item(parts + "/mesh.h5:/cells", "UInt", cells.total, nodes_per_cell) << "      </Topology>\n"
          << "      <Geometry GeometryType=\"XYZ\">\n"
-         << item("mesh/points", "Float", nodes.total, 3) << "      </Geometry>\n";
+         << item(parts + "/mesh.h5:/points", "Float", nodes.total, 3) << "      </Geometry>\n";
   }
 
   void end() {
     if (!root)
       return;
-    xdmf << "    </Grid>\n";
-    instant.reset();
-    ++n_instants;
-    require(H5Fflush(*file, H5F_SCOPE_GLOBAL), "flush " + path + ".h5 (disk full?)");
-    // A reader sees either the old or the new description, never half of one.
-    const std::string temporary = path + ".xdmf.tmp";
-    std::ofstream out(temporary);
+    close();
+    grid << "    </Grid>\n";
+    instants.push_back({part, grid.str()});
+    show();
+  }
+
+  /// A reader sees either the series before or the one after, never half of one.
+  void show() const {
+    const std::string series = folder + name + ".h5";
+    Hdf5Object links = create_file(series + ".tmp", "create " + series);
+    const auto link = [&](const std::string &to, const std::string &as) {
+      require(H5Lcreate_external(to.c_str(), "/", links, as.c_str(), H5P_DEFAULT, H5P_DEFAULT), "write " + series);
+    };
+    link(parts + "/mesh.h5", "mesh");
+    for (std::size_t i = 0; i < instants.size(); ++i)
+      link(instants[i].part, numbered(i));
+    links.close("write " + series + " (disk full?)");
+    publish(series + ".tmp", series);
+    if (instants.empty())
+      return;
+    const std::string description = folder + name + ".xdmf";
+    std::ofstream out(description + ".tmp");
     out << "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n <Domain>\n  <Grid Name=\"" << name
-        << "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n"
-        << xdmf.str() << "  </Grid>\n </Domain>\n</Xdmf>\n";
+        << "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+    for (const Instant &instant : instants)
+      out << instant.grid;
+    out << "  </Grid>\n </Domain>\n</Xdmf>\n";
     out.close();
-    if (!out || std::rename(temporary.c_str(), (path + ".xdmf").c_str()) != 0)
-      throw Failure(ExitCode::file, "could not write " + path + ".xdmf; is the disk full?");
+    if (!out)
+      throw Failure(ExitCode::file, "cannot write " + description + " (disk full?)");
+    publish(description + ".tmp", description);
   }
 
   MPI_Comm communicator;
@@ -202,10 +268,10 @@ struct FieldWriter::Implementation {
   std::size_t n_owned_nodes, n_owned_cells;
   unsigned nodes_per_cell;
   Layout nodes, cells;
-  std::string name, path;
-  std::unique_ptr<Handle> file, instant; ///< on rank 0
-  std::ostringstream xdmf;               ///< the grids written so far
-  std::size_t n_instants = 0;
+  std::string folder, name, parts, part; ///< parts and part relative to the folder
+  std::unique_ptr<Hdf5Object> file;      ///< on rank 0: the part that is being written
+  std::ostringstream grid;               ///< its description
+  std::vector<Instant> instants;
 };
 
 FieldWriter::FieldWriter(MPI_Comm communicator, const std::string &folder, const std::string &name,
@@ -215,6 +281,8 @@ FieldWriter::FieldWriter(MPI_Comm communicator, const std::string &folder, const
 }
 
 FieldWriter::~FieldWriter() = default;
+
+void FieldWriter::go_on_from(double time) { implementation_->go_on_from(time); }
 
 void FieldWriter::begin(double time) { implementation_->begin(time); }
 
@@ -229,5 +297,23 @@ void FieldWriter::cellwise(const std::string &field, unsigned components, const 
 }
 
 void FieldWriter::end() { implementation_->end(); }
+
+void remove_old_parts(const std::string &folder) {
+  std::error_code error;
+  std::map<std::string, std::map<int, fs::path>> parts; // of each series
+  std::string descriptions;
+  for (const auto &entry : fs::directory_iterator(folder, error)) {
+    const fs::path path = entry.path();
+    const std::string file = path.filename(), name = file.substr(0, file.rfind(parts_mark));
+    if (const int number = name == file ? 0 : parts_number(path, name))
+      parts[name][number] = path;
+    else if (path.extension() == ".xdmf")
+      descriptions += content(path);
+  }
+  for (auto &[name, of_series] : parts)
+    for (auto old = of_series.begin(); std::distance(old, of_series.end()) > 2; ++old)
+      if (descriptions.find(">" + old->second.filename().string() + "/") == std::string::npos)
+        fs::remove_all(old->second, error);
+}
 
 } // namespace heartbus::io

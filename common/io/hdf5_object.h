@@ -20,11 +20,28 @@ class Hdf5Object {
     if (id_ >= 0)
       close_(id_);
   }
+  /// Closes it now; what could not be written until then is a Failure(file) "cannot <what>".
+  void close(const std::string &what) {
+    if (close_(std::exchange(id_, -1)) < 0)
+      throw Failure(ExitCode::file, "cannot " + what);
+  }
   operator hid_t() const { return id_; }
 
  private:
   hid_t id_;
   herr_t (*close_)(hid_t);
 };
+
+/// Failure(file) "cannot <what>" when HDF5 reports an error.
+void require(herr_t status, const std::string &what);
+
+/// Files of HDF5 as this project opens them: without locks, so that who reads never stops who writes and a file system
+/// without locks will do; without HDF5's own words on errors; without its exit handler, which crashes when a file could
+/// not be written. `what` is for the message, "create the state x.h5".
+Hdf5Object create_file(const std::string &name, const std::string &what);
+Hdf5Object open_file(const std::string &name, const std::string &what);
+
+/// Renames, so that a reader sees the old file or the new one. Failure(file).
+void publish(const std::string &temporary, const std::string &name);
 
 } // namespace heartbus::io

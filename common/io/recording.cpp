@@ -5,18 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 namespace heartbus::io {
 namespace {
-
-void require(herr_t status, const std::string &what) {
-  if (status < 0)
-    throw Failure(ExitCode::file, "cannot " + what);
-}
-
-/// HDF5 prints its own stack of errors; ours says what is needed.
-void silence_hdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 Hdf5Object text_type(std::size_t size) {
   Hdf5Object type(H5Tcopy(H5T_C_S1), H5Tclose, "describe a text");
@@ -35,7 +29,10 @@ void write_text(hid_t object, const std::string &name, const std::string &text) 
 std::string read_text(hid_t object, const std::string &name) {
   const Hdf5Object attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "find attribute " + name);
   const Hdf5Object type(H5Aget_type(attribute), H5Tclose, "read the type of attribute " + name);
-  std::string text(H5Tget_size(type), '\0');
+  const Hdf5Object space(H5Aget_space(attribute), H5Sclose, "read the extent of attribute " + name);
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+    throw Failure(ExitCode::file, "attribute " + name + " is not a text");
+  std::string text(H5Tget_size(type) + 1, '\0'); // in case its end is not marked
   require(H5Aread(attribute, type, text.data()), "read attribute " + name);
   return text.c_str();
 }
@@ -68,17 +65,21 @@ void append_row(hid_t table, hid_t type, hsize_t n_rows, std::array<hsize_t, ran
 
 std::vector<hsize_t> extent(hid_t table) {
   const Hdf5Object space(H5Dget_space(table), H5Sclose, "read the extent of a table");
-  std::vector<hsize_t> sizes(H5Sget_simple_extent_ndims(space));
+  std::vector<hsize_t> sizes(std::max(0, H5Sget_simple_extent_ndims(space)));
   H5Sget_simple_extent_dims(space, sizes.data(), nullptr);
   return sizes;
 }
 
 template <class T>
 std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
+  constexpr hsize_t most = 1 << 30; // a damaged file may claim anything
   const Hdf5Object table(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "find " + name);
   hsize_t size = 1;
-  for (const hsize_t n : extent(table))
+  for (const hsize_t n : extent(table)) {
+    if (n > 0 && size > most / n)
+      throw Failure(ExitCode::file, "table " + name + " has more entries than can be");
     size *= n;
+  }
   std::vector<T> values(size);
   if (size > 0)
     require(H5Dread(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "read " + name);
@@ -87,11 +88,33 @@ std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
 
 } // namespace
 
+namespace {
+
+std::string aside(const std::string &file_name) { return file_name + ".part"; }
+
+/// Of the last transfer [s]; before all when there is no recording that can be read.
+double end_of(const std::string &file_name) {
+  try {
+    const RecordingReader reader(file_name);
+    return reader.times().empty() ? -INFINITY : reader.times().back();
+  } catch (const Failure &) {
+    return -INFINITY;
+  }
+}
+
+/// What a run was still recording when it ended before its time is the recording, if it came farther.
+void salvage(const std::string &file_name) {
+  if (end_of(aside(file_name)) > end_of(file_name))
+    publish(aside(file_name), file_name);
+  std::remove(aside(file_name).c_str());
+}
+
+} // namespace
+
 struct RecordingWriter::Implementation {
   Implementation(const std::string &file_name, const RecordedField &field)
       : file_name(file_name), n_points(field.coordinates.size() / 3), components(field.components),
-        file(H5Fcreate(file_name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
-             "create the recording " + file_name),
+        file(create_file(aside(file_name), "create the recording " + file_name)),
         values(create_table<3>(file, "values", H5T_NATIVE_DOUBLE, {1, n_points, components})),
         steps(create_table<1>(file, "step", H5T_NATIVE_INT, {1})),
         times(create_table<1>(file, "time", H5T_NATIVE_DOUBLE, {1})) {
@@ -104,43 +127,90 @@ struct RecordingWriter::Implementation {
     write_text(points, "field", field.name);
     write_text(points, "unit", field.unit);
   }
+  /// The file that grew aside takes its place.
+  ~Implementation() {
+    if (n_rows == 0)
+      std::remove(aside(file_name).c_str());
+    else if (n_published > 0 || is_wanted)
+      std::rename(aside(file_name).c_str(), file_name.c_str());
+  }
+
+  void show() {
+    std::error_code error;
+    const std::string copy = file_name + ".copy";
+    std::filesystem::copy_file(aside(file_name), copy, std::filesystem::copy_options::overwrite_existing, error);
+    if (error)
+      throw Failure(ExitCode::file, "cannot write " + file_name + ": " + error.message() + " (disk full?)");
+    publish(copy, file_name);
+    n_published = n_rows;
+  }
+
+  void append(int step, double time, const std::vector<double> &row) {
+    append_row<3>(values, H5T_NATIVE_DOUBLE, n_rows, {1, n_points, components}, row.data());
+    append_row<1>(steps, H5T_NATIVE_INT, n_rows, {1}, &step);
+    append_row<1>(times, H5T_NATIVE_DOUBLE, n_rows, {1}, &time);
+    ++n_rows;
+  }
 
   const std::string file_name;
   const hsize_t n_points, components;
-  hsize_t n_rows = 0;
+  hsize_t n_rows = 0, n_published = 0;
+  bool is_wanted = true;
   Hdf5Object file, values, steps, times;
 };
 
 RecordingWriter::RecordingWriter(const std::string &file_name, const RecordedField &field) {
-  silence_hdf5();
   if (field.coordinates.empty())
     throw Failure(ExitCode::file, "recording " + file_name + ": field '" + field.name + "' has no points");
+  salvage(file_name);
   implementation_ = std::make_unique<Implementation>(file_name, field);
 }
 RecordingWriter::~RecordingWriter() = default;
 RecordingWriter::RecordingWriter(RecordingWriter &&) noexcept = default;
+
+void RecordingWriter::keep(const RecordingReader &before, const RecordedField &field, double until) {
+  const RecordedField &old = before.field();
+  if (old.name != field.name || old.unit != field.unit || old.components != field.components)
+    before.refuse("is of another field than " + field.name + " [" + field.unit + "], it cannot be gone on with");
+  if (old.coordinates != field.coordinates)
+    before.refuse("is of other points, it cannot be gone on with: give another file");
+  const double same = 1e-9 * std::abs(until);
+  const auto &times = before.times();
+  for (std::size_t row = 0; row < times.size() && times[row] <= until + same; ++row)
+    implementation_->append(before.steps()[row], times[row], before.values(row));
+  if (times.empty() || times.back() < until - same)
+    before.refuse("ends " + (times.empty() ? "at once" : "at t = " + std::to_string(times.back()) + " s") +
+                  ", this run goes on from t = " + std::to_string(until) +
+                  " s, so that a gap would remain: give another file");
+}
 
 void RecordingWriter::append(int step, double time, const std::vector<double> &values) {
   Implementation &to = *implementation_;
   if (values.size() != to.n_points * to.components)
     throw Failure(ExitCode::file, "recording " + to.file_name + ": " + std::to_string(values.size()) +
                                       " values instead of " + std::to_string(to.n_points * to.components));
-  append_row<3>(to.values, H5T_NATIVE_DOUBLE, to.n_rows, {1, to.n_points, to.components}, values.data());
-  append_row<1>(to.steps, H5T_NATIVE_INT, to.n_rows, {1}, &step);
-  append_row<1>(to.times, H5T_NATIVE_DOUBLE, to.n_rows, {1}, &time);
-  ++to.n_rows;
-  require(H5Fflush(to.file, H5F_SCOPE_LOCAL), "write the recording " + to.file_name);
+  to.append(step, time, values);
+  require(H5Fflush(to.file, H5F_SCOPE_LOCAL), "write the recording " + to.file_name + " (disk full?)");
 }
+
+/// When it has doubled, so that all copies together write no more than the recording has.
+void RecordingWriter::show() {
+  Implementation &all = *implementation_;
+  if (all.n_rows > 0 && all.n_rows >= 2 * all.n_published)
+    all.show();
+}
+
+void RecordingWriter::stay_aside() { implementation_->is_wanted = false; }
 
 struct RecordingReader::Implementation {
   explicit Implementation(const std::string &file_name)
-      : file_name(file_name),
-        file(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the recording " + file_name),
+      : file_name(file_name), file(open_file(file_name, "open the recording " + file_name)),
         table(H5Dopen2(file, "values", H5P_DEFAULT), H5Dclose, "find values in the recording " + file_name),
         size(extent(table)), steps(read_all<int>(file, "step", H5T_NATIVE_INT)),
         times(read_all<double>(file, "time", H5T_NATIVE_DOUBLE)) {
-    const Hdf5Object points(H5Dopen2(file, "points", H5P_DEFAULT), H5Dclose, "find points in the recording");
-    field = {read_text(points, "field"), read_text(points, "unit"), static_cast<unsigned>(size.at(2)),
+    const Hdf5Object points(H5Dopen2(file, "points", H5P_DEFAULT), H5Dclose, "find points in the recording " + file_name);
+    field = {read_text(points, "field"), read_text(points, "unit"),
+             size.size() == 3 ? static_cast<unsigned>(size[2]) : 0,
              read_all<double>(file, "points", H5T_NATIVE_DOUBLE)};
   }
 
@@ -152,12 +222,32 @@ struct RecordingReader::Implementation {
   std::vector<double> times;
 };
 
-RecordingReader::RecordingReader(const std::string &file_name) {
-  silence_hdf5();
-  implementation_ = std::make_unique<Implementation>(file_name);
+RecordingReader::RecordingReader(const std::string &file_name)
+    : implementation_(std::make_unique<Implementation>(file_name)) {
+  check();
 }
 RecordingReader::~RecordingReader() = default;
 RecordingReader::RecordingReader(RecordingReader &&) noexcept = default;
+
+/// A run that was killed while it wrote leaves one row without step or time at most: what is complete counts.
+void RecordingReader::check() {
+  Implementation &all = *implementation_;
+  const auto &coordinates = all.field.coordinates;
+  if (all.size.size() != 3 || all.size[2] == 0 || all.size[2] > 1000)
+    refuse("has no table of values [transfer][point][component]");
+  if (coordinates.empty() || coordinates.size() % 3 != 0 || all.size[1] != coordinates.size() / 3)
+    refuse("has values for " + std::to_string(all.size[1]) + " points, but " + std::to_string(coordinates.size()) +
+           " coordinates, not three for each of them");
+  const std::size_t n = std::min({std::size_t(all.size[0]), all.steps.size(), all.times.size()});
+  all.steps.resize(n);
+  all.times.resize(n);
+  const auto finite = [](double x) { return std::isfinite(x); };
+  if (!std::all_of(coordinates.begin(), coordinates.end(), finite))
+    refuse("has a point whose coordinates are not finite");
+  if (!std::all_of(all.times.begin(), all.times.end(), finite) || !std::is_sorted(all.times.begin(), all.times.end()) ||
+      !std::is_sorted(all.steps.begin(), all.steps.end()))
+    refuse("has times or steps that do not ascend");
+}
 
 const RecordedField &RecordingReader::field() const { return implementation_->field; }
 const std::vector<int> &RecordingReader::steps() const { return implementation_->steps; }
@@ -171,6 +261,10 @@ std::vector<double> RecordingReader::values(std::size_t transfer) const {
   require(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), "select a row");
   const Hdf5Object memory(H5Screate_simple(3, count.data(), nullptr), H5Sclose, "describe a row");
   require(H5Dread(from.table, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), "read a recording");
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (!std::isfinite(values[k]))
+      refuse("holds " + std::to_string(values[k]) + " at point " + std::to_string(k / from.size[2]) + ", t = " +
+             std::to_string(times()[transfer]) + " s, where a finite number must be");
   return values;
 }
 

@@ -10,18 +10,12 @@
 namespace heartbus::io {
 namespace {
 
-void require(herr_t status, const std::string &what) {
-  if (status < 0)
-    throw Failure(ExitCode::file, "cannot " + what);
-}
-
 /// What saving and loading share: rows of a table go to rank 0 or come from there, rank after rank.
 class StateFile : public State {
  public:
   StateFile(MPI_Comm communicator, const std::string &file_name) : communicator_(communicator), file_name_(file_name) {
     MPI_Comm_rank(communicator, &rank_);
     MPI_Comm_size(communicator, &size_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); // HDF5 prints its own stack of errors; ours says what is needed
   }
 
  protected:
@@ -91,8 +85,7 @@ class Writer : public StateFile {
  public:
   Writer(MPI_Comm communicator, const std::string &file_name) : StateFile(communicator, file_name) {
     on_root([&] {
-      file_.emplace(H5Fcreate(file_name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
-                    "create the state " + file_name);
+      file_.emplace(create_file(file_name, "create the state " + file_name));
     });
   }
 
@@ -117,8 +110,8 @@ class Writer : public StateFile {
     });
   }
 
-  void finish() const {
-    on_root([&] { require(H5Fflush(*file_, H5F_SCOPE_GLOBAL), "finish the state " + file_name_ + " (disk full?)"); });
+  void finish() {
+    on_root([&] { file_->close("finish the state " + file_name_ + " (disk full?)"); });
   }
 
  private:
@@ -141,8 +134,7 @@ class Reader : public StateFile {
  public:
   Reader(MPI_Comm communicator, const std::string &file_name) : StateFile(communicator, file_name) {
     on_root([&] {
-      file_.emplace(H5Fopen(file_name.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose,
-                    "open the state " + file_name + ": does this checkpoint hold this physics?");
+      file_.emplace(open_file(file_name, "open the state " + file_name + ": does this checkpoint hold this physics?"));
     });
   }
 

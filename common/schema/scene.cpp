@@ -5,7 +5,10 @@
 #include "common/config/printer.h"
 #include "common/config/reader.h"
 #include "common/config/units.h"
+#include "common/geometry/shapes.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace heartbus {
@@ -14,7 +17,26 @@ namespace {
 
 bool is_multiple(double whole, double part) {
   const double ratio = whole / part;
-  return std::abs(ratio - std::round(ratio)) < 1e-6 * std::max(1.0, ratio);
+  return std::round(ratio) >= 1 && std::abs(ratio - std::round(ratio)) < 1e-6 * ratio;
+}
+
+/// Names of scenes and participants become those of folders and files, words of a command line and of messages.
+void check_name(config::Section &s, const std::string &key, const std::string &name, const std::string &what) {
+  const auto is_plain = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-' || c == '.' || c > 0x7f; };
+  const unsigned char first = name.empty() ? ' ' : name[0];
+  if (!std::all_of(name.begin(), name.end(), is_plain) || !is_plain(first) || first == '.' || first == '-' ||
+      name.size() > 100 || config::printable(name) != name)
+    s.fail(key, "'" + name + "' cannot name " + what +
+                    ": letters, digits, '_', '-' and '.', the first a letter or digit, 100 at most");
+}
+
+/// The boundary parts that a scene names are those of its mesh.
+void check_labels(config::Section &s, const std::string &key, const std::vector<std::string> &labels,
+                  const std::vector<std::string> &known) {
+  for (const auto &label : labels)
+    if (std::find(known.begin(), known.end(), label) == known.end())
+      s.fail(key, "the mesh has no boundary label '" + label + "'" + config::did_you_mean(label, known) + " It has " +
+                      config::joined(known));
 }
 
 // The full path of a key given by the end of it.
@@ -47,19 +69,31 @@ SceneParameters read(const config::Node &root) {
   return scene;
 }
 
+/// Whatever goes wrong is one line with its place.
+template <class Action>
+auto told_in_one_line(const std::string &file_name, const Action &action) {
+  try {
+    return action();
+  } catch (const Failure &failure) {
+    throw Failure(failure.code(), config::printable(failure.what()));
+  } catch (const std::exception &error) {
+    throw Failure(ExitCode::scene, config::printable(file_name + ":1: this scene cannot be read: " + error.what()));
+  }
+}
+
 } // namespace
 
 int TimeParameters::n_steps() const { return static_cast<int>(std::lround(end / step)); }
 
 void TimeParameters::describe(config::Section &s) {
-  s.quantity_or("end", end, "s", config::positive, "beats", whole_beats, "end of the run");
+  s.quantity_or("end", end, "s", {0, 1e6, true}, "beats", whole_beats, "end of the run");
   if (!whole_beats)
     beats = 0; // unless they are given too
   s.integer("beats", beats, {0, 100000},
             "length of the run in periods of the stimulus; of until_periodic the most; 0: 'end' is a time instead");
   s.quantity("until_periodic", until_periodic, "1", config::between(0, 1),
              "ends the run after a beat whose EDV, ESV and p_max differ by less from the beat before; 0: never");
-  s.quantity("step", step, "s", config::positive, "time step, the same for all participants");
+  s.quantity("step", step, "s", config::between(1e-9, 1, "time steps are fractions of a millisecond"), "time step, the same for all participants");
 }
 
 /// Who gives both end and beats must mean the same by them.
@@ -77,6 +111,8 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
     end = last;
   if (until_periodic > 0 && beats < 2)
     s.fail("until_periodic", "compares beats: it needs 'beats', the most that are allowed, two at least");
+  if (end / step > 1e9)
+    s.fail("step", "makes " + config::shortest(std::round(end / step)) + " steps; a run has 1e9 at most");
   if (!is_multiple(end, step))
     s.fail("step", "must divide the end of the run (" + seconds(end) + ") into whole steps");
 }
@@ -98,7 +134,7 @@ void CouplingParameters::describe(config::Section &s) {
   s.integer("lookahead", lookahead, {0, 1000},
             "steps by which participants that receive nothing (ep, replay) may run ahead of the others: for cores of "
             "their own");
-  s.quantity("deadline", deadline, "s", config::positive, "longest time anybody waits for anybody");
+  s.quantity("deadline", deadline, "s", config::between(1e-2, 1e7), "longest time anybody waits for anybody");
   if (!iterates() && iterations != 1)
     s.fail("iterations", scheme + " has one iteration; 'scheme: E1FS' may have more");
   if (iterates() && scheme != "E1FS" && iterations == 1)
@@ -143,8 +179,7 @@ SceneParameters::SceneParameters() {
 
 void SceneParameters::describe(config::Section &s) {
   s.text("scene", name, "name of the scene and of its folder of results");
-  if (name.empty() || name.find_first_of("/ ") != std::string::npos)
-    s.fail("scene", "'" + name + "' cannot name a folder: no slash and no space, please");
+  check_name(s, "scene", name, "a folder");
   geometry.describe(s.section("geometry", "shape and meshes"));
   fibres.describe(s.section("fibres", "fibre directions in the wall"));
   config::Section &time_block = s.section("time", "beats and time steps");
@@ -162,18 +197,51 @@ void SceneParameters::describe(config::Section &s) {
         participants[participant];
   }
   for (auto &[participant, parameters] : participants) {
+    check_name(who, participant, participant, "a participant");
     parameters.describe(who.section(participant, ""));
     if (parameters.program.empty())
       who.fail(participant, "has no 'program'");
   }
 
   ep.describe(s.section("electrophysiology", "electrical activity"));
-  mech.describe(s.section("mechanics", "motion of the wall"));
-  ale.describe(s.section("lifting", "motion of the fluid's mesh"));
-  fluid.describe(s.section("fluid", "blood"));
+  config::Section &wall = s.section("mechanics", "motion of the wall");
+  mech.describe(wall);
+  config::Section &lifting = s.section("lifting", "motion of the fluid's mesh");
+  ale.describe(lifting);
+  config::Section &blood = s.section("fluid", "blood");
+  fluid.describe(blood);
   output.describe(s.section("output", "what is written"));
   time.settle(time_block, ep.stimulus.period);
+  check_boundaries(s, wall, lifting, blood);
   check_consistency(s);
+}
+
+void SceneParameters::check_boundaries(config::Section &s, config::Section &wall, config::Section &lifting,
+                                       config::Section &blood) const {
+  const auto in_fluid = geometry::fluid_labels(geometry);
+  const bool has_blood = has("fluid") || has("fsi");
+  if (in_fluid.empty() && (has("ale") || has_blood))
+    s.fail("geometry", "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
+  if (has("mech") || has("fsi")) {
+    const auto known = geometry::solid_labels(geometry);
+    check_labels(wall, "fixed", mech.fixed, known);
+    check_labels(wall, "rollers", mech.rollers, known);
+    check_labels(wall, "pericardium", mech.pericardium.labels, known);
+    if (!mech.end_pressure.label.empty())
+      check_labels(wall, "end_pressure", {mech.end_pressure.label}, known);
+    if (!mech.passive_regions.empty())
+      wall.fail("passive_regions", "the meshes of 'geometry.shape' have no regions");
+  }
+  if (has("ale")) {
+    check_labels(lifting, "fixed", ale.fixed, in_fluid);
+    check_labels(lifting, "slip", ale.slip, in_fluid);
+  }
+  if (has_blood) {
+    check_labels(blood, "no_slip", fluid.no_slip, in_fluid);
+    check_labels(blood, "slip", fluid.slip, in_fluid);
+    if (!fluid.inlet.label.empty())
+      check_labels(blood, "inlet", {fluid.inlet.label}, in_fluid);
+  }
 }
 
 void SceneParameters::check_consistency(config::Section &s) const {
@@ -183,6 +251,9 @@ void SceneParameters::check_consistency(config::Section &s) const {
   if (output.every > 0 && !is_multiple(output.every, time.step))
     s.fail("output", "'every' (" + config::shortest(output.every) + " s) must be a multiple of 'time.step' (" +
                          config::shortest(time.step) + " s)");
+  if (const double every = output.checkpoint.every; every > 0 && every < time.step)
+    s.fail("output", "'checkpoint.every' (" + config::shortest(every) + " s) is less than 'time.step' (" +
+                         config::shortest(time.step) + " s); 0 s: only at the end");
   if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
     s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
   if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
@@ -198,10 +269,12 @@ void SceneParameters::check_consistency(config::Section &s) const {
 }
 
 SceneParameters read_scene(const std::string &text, const std::string &file_name) {
-  return read(config::parse_yaml(text, file_name));
+  return told_in_one_line(file_name, [&] { return read(config::parse_yaml(text, file_name)); });
 }
 
-SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings) {
+namespace {
+
+SceneParameters loaded(const std::string &file_name, const std::vector<std::string> &settings) {
   config::Node root = config::load_yaml(file_name);
   SceneParameters scene = read(root);
   if (settings.empty())
@@ -214,6 +287,12 @@ SceneParameters load_scene(const std::string &file_name, const std::vector<std::
     config::set_value(root, full_path(setting.substr(0, sign), paths), setting.substr(sign + 1), "--set " + setting);
   }
   return read(root);
+}
+
+} // namespace
+
+SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings) {
+  return told_in_one_line(file_name, [&] { return loaded(file_name, settings); });
 }
 
 std::string print_scene(SceneParameters scene) { return config::print(describe(scene)); }

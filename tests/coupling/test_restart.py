@@ -152,10 +152,10 @@ class Restart(unittest.TestCase):
 
     def test_a_state_of_another_mesh_is_refused(self):
         self.run_well(PISTON, "out", PISTON_SETTINGS)
-        launch = self.launch(PISTON, "out", PISTON_SETTINGS + ["cells_column=4"], "--restart", "latest")
-        self.assertEqual(launch.code, 4, launch.output)
-        self.assertIn("points of this mesh's", launch.output)
-        self.assertEqual(launch.orphans, [])
+        words = [word for setting in [*PISTON_SETTINGS, "cells_column=4"] for word in ("--set", setting)]
+        launch = Launch([BIN / "coupler", PISTON, "--out", "out", *words, "--restart", "latest", "--validate"], self.folder)
+        self.assertEqual(launch.code, 8, launch.output)
+        self.assertIn("geometry.piston.cells_column is 3 there and 4 here", launch.output)
 
     def test_the_last_checkpoints_are_kept(self):
         self.run_well(PISTON, "out", ["time.end=17 ms", "checkpoint.every=4 ms", "checkpoint.keep=3"])

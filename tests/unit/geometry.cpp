@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -46,6 +47,23 @@ std::set<std::string> labels_in_use(const Mesh &mesh) {
 }
 
 } // namespace
+
+TEST(Geometry, LabelsAreKnownWithoutTheMesh) {
+  const auto sorted = [](std::vector<std::string> labels) {
+    std::sort(labels.begin(), labels.end());
+    return labels;
+  };
+  Parameters p;
+  for (const char *shape : {"ideal_left_ventricle", "piston", "slab", "tube"}) {
+    p.shape = shape;
+    EXPECT_EQ(sorted(solid_labels(p)), sorted(make_solid(p).labels)) << shape;
+    if (p.shape != "slab") {
+      EXPECT_EQ(sorted(fluid_labels(p)), sorted(make_fluid(p).labels)) << shape;
+    }
+  }
+  p.shape = "slab";
+  EXPECT_TRUE(fluid_labels(p).empty());
+}
 
 TEST(IdealVentricle, VolumesConvergeToTheTruncatedEllipsoidWithOrderTwo) {
   const double cavity = truncated_ellipsoid(22e-3, 62e-3, 15e-3),

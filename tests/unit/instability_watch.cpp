@@ -98,9 +98,19 @@ TEST(InstabilityWatch, KnowsADisagreementThatAlternatesFromOneThatDoesNot) {
 }
 
 TEST(Explanation, BlamesAlphaWhereTheSignChanges) {
-  const std::string text = told(-1.5, alpha(5000, 23531));
+  const std::string text = told(-1.5, alpha(15000, 23531));
   EXPECT_TRUE(says(text, "the coupling is unstable") && says(text, "with changing sign")) << text;
-  EXPECT_TRUE(says(text, "write 'alpha: 2500 kg/(m^2 s)' or 'alpha: auto'")) << text;
+  EXPECT_TRUE(says(text, "write 'alpha: 7500 kg/(m^2 s)' or 'alpha: auto'")) << text;
+}
+
+TEST(Explanation, DoesNotBlameAlphaFarBelowTheLimitWhateverTheSign) {
+  for (const double factor : {-1.5, 1.5}) {
+    const std::string text = told(factor, alpha(5000, 23531));
+    EXPECT_TRUE(says(text, "far below the limit of 23531")) << text;
+    EXPECT_TRUE(says(text, "it is not alpha") && says(text, "tension")) << text;
+    EXPECT_EQ(says(text, "with changing sign"), factor < 0) << text;
+    EXPECT_FALSE(says(text, "unstable") || says(text, "alpha: ")) << text;
+  }
 }
 
 TEST(Explanation, BlamesAlphaWhereItIsAboveTheLimit) {
@@ -109,8 +119,8 @@ TEST(Explanation, BlamesAlphaWhereItIsAboveTheLimit) {
 }
 
 TEST(Explanation, DoesNotBlameAlphaBelowTheLimitWithoutChangeOfSign) {
-  const std::string text = told(1.5, alpha(5000, 23531));
-  EXPECT_TRUE(says(text, "coupling.alpha is 5000 kg/(m^2 s), below the limit of 23531")) << text;
+  const std::string text = told(1.5, alpha(15000, 23531));
+  EXPECT_TRUE(says(text, "coupling.alpha is 15000 kg/(m^2 s), below the limit of 23531")) << text;
   EXPECT_TRUE(says(text, "it is not alpha")) << text;
   EXPECT_FALSE(says(text, "unstable")) << text;
   EXPECT_FALSE(says(text, "alpha: ")) << text;

@@ -2,8 +2,10 @@
 
 #include "common/bus/failure.h"
 
+#include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <unistd.h>
 
 namespace heartbus::io {
@@ -54,15 +56,91 @@ TEST_F(RecordingFile, IsLinearInTimeBetweenItsSteps) {
   EXPECT_THROW(reader.values_at(-0.01, 0), Failure);
 }
 
-TEST_F(RecordingFile, CanBeEmpty) {
+TEST_F(RecordingFile, IsNotThereBeforeItsFirstValues) {
   { RecordingWriter writer(name_, field); }
-  EXPECT_TRUE(RecordingReader(name_).steps().empty());
-  EXPECT_THROW(RecordingReader(name_).values_at(0.1, 0), Failure);
+  EXPECT_THROW(RecordingReader{name_}, Failure);
 }
 
 TEST_F(RecordingFile, RefusesAWrongNumberOfValues) {
   RecordingWriter writer(name_, field);
   EXPECT_THROW(writer.append(1, 0.1, {1, 2, 3}), Failure);
+}
+
+namespace {
+
+/// A recording as somebody else might write it.
+void write_table(hid_t file, const char *name, const std::vector<hsize_t> &size, const std::vector<double> &values) {
+  const hid_t space = H5Screate_simple(size.size(), size.data(), nullptr);
+  const hid_t table = H5Dcreate2(file, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  H5Dwrite(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+  const hid_t type = H5Tcopy(H5T_C_S1), one = H5Screate(H5S_SCALAR);
+  for (const char *attribute : {"field", "unit"}) {
+    const hid_t text = H5Acreate2(table, attribute, type, one, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(text, type, "a");
+    H5Aclose(text);
+  }
+  H5Tclose(type);
+  H5Sclose(one);
+  H5Dclose(table);
+  H5Sclose(space);
+}
+
+/// Two transfers at two points, but for what is given.
+std::string complaint(const std::string &name, std::vector<hsize_t> size, std::vector<double> values,
+                      std::vector<double> times = {0.1, 0.2}, std::vector<double> points = {0, 0, 0, 1, 0, 0}) {
+  const hid_t file = H5Fcreate(name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  write_table(file, "values", size, values);
+  write_table(file, "step", {2}, {1, 2});
+  write_table(file, "time", {times.size()}, times);
+  write_table(file, "points", {points.size() / 3, 3}, points);
+  H5Fclose(file);
+  try {
+    RecordingReader(name).values_at(0.2, 0);
+  } catch (const Failure &failure) {
+    return failure.what();
+  }
+  return "";
+}
+
+} // namespace
+
+TEST_F(RecordingFile, WhatCannotBeIsRefused) {
+  const double nan = std::nan(""), inf = INFINITY;
+  EXPECT_EQ(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}), "");
+  EXPECT_NE(complaint(name_, {2, 1, 1}, {1, 2}).find("has values for 1 points, but 6 coordinates"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 3, 1}, {1, 2, 3, 4, 5, 6}).find("has values for 3 points"), std::string::npos);
+  EXPECT_NE(complaint(name_, {4}, {1, 2, 3, 4}).find("no table of values"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, 3, nan}).find("holds nan at point 1, t = 0.2"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, -inf, 4}).find("holds -inf at point 0"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}, {0.2, 0.1}).find("do not ascend"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}, {0.1, nan}).find("do not ascend"), std::string::npos);
+  EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}, {0.1, 0.2}, {0, 0, 0, nan, 0, 0}).find("not finite"),
+            std::string::npos);
+  EXPECT_NE(complaint(name_, {1, 2, 1}, {1, 2}).find("ends at t = 0.1"), std::string::npos); // what is whole counts
+}
+
+TEST_F(RecordingFile, GoesOnFromWhatWasRecordedBefore) {
+  const std::vector<double> row{1, 2, 3, 4, 5, 6};
+  {
+    RecordingWriter writer(name_, field);
+    for (int step = 1; step <= 4; ++step)
+      writer.append(step, 0.1 * step, row);
+  }
+  {
+    RecordingWriter writer(name_, field);
+    writer.keep(RecordingReader(name_), field, 0.2);
+    EXPECT_EQ(RecordingReader(name_).steps().size(), 4u); // the old one, as long as nothing new comes
+    writer.append(3, 0.3, {6, 5, 4, 3, 2, 1});
+  }
+  const RecordingReader reader(name_);
+  EXPECT_EQ(reader.steps(), (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(reader.values(1), row);
+  EXPECT_EQ(reader.values(2)[0], 6);
+  RecordedField moved = field;
+  moved.coordinates[0] = 1;
+  EXPECT_THROW(RecordingWriter(name_, moved).keep(reader, moved, 0.2), Failure);
+  EXPECT_THROW(RecordingWriter(name_, field).keep(reader, field, 0.5), Failure); // there would be a gap
+  EXPECT_EQ(RecordingReader(name_).steps().size(), 3u);
 }
 
 TEST(Recording, AMissingFileIsAFailureThatNamesIt) {

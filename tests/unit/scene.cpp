@@ -117,6 +117,58 @@ TEST(Scene, APulseNeedsAnOpening) {
             std::string::npos);
 }
 
+TEST(Scene, NonsenseIsRefusedWithAReason) {
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"geometry: {ventricle: {endocardium_across: 22 m}}",
+       "22 m is out of range; allowed: from 0.001 to 0.5 m: hearts measure centimetres; metres for millimetres?"},
+      {"geometry: {ventricle: {mitral_radius: 1e-300 m}}", "out of range"},
+      {"geometry: {ventricle: {mitral_centre: -15 mm}}", "beyond the base, whose radius is"},
+      {"geometry: {shape: slab, slab: {cell: 1e-9 m}}\nparticipants: {ep: {}}\ncoupling: {scheme: electromechanics}",
+       "key 'geometry.slab.cell'"},
+      {"geometry: {shape: slab, slab: {cell: 0.01 mm}}\nparticipants: {ep: {}}\ncoupling: {scheme: electromechanics}",
+       "cells; 100000000 at most"},
+      {"geometry: {piston: {cells_across: 5000}}", "cells; 100000000 at most"},
+      {"geometry: {shape: slab}", "has no fluid; take ideal_left_ventricle"},
+      {"time: {end: 1e5 s, step: 1e-9 s}", "makes 1e+14 steps; a run has 1e9 at most"},
+      {"time: {end: 1e-12 s}", "must divide the end of the run"},
+      {"output: {every: 1e-11 s}", "must be a multiple of 'time.step'"},
+      {"output: {checkpoint: {every: 1e-12 s}}", "is less than 'time.step'"},
+      {"coupling: {alpha: 1e308 kg/(m^2 s)}", "no quantity here is larger than 1e15"},
+      {"coupling: {alpha: 1e308 Gg/(m^2 s)}", "too large for a number in kg/(m^2 s)"},
+      {"fluid: {density: 4.9e-324 ng/m^3}", "too small for a number in kg/m^3"},
+      {"mechanics: {guccione: {a_ff: 1e300}}", "no quantity here is larger"},
+      {"fluid: {mitral_pressure: 1333 kPa}", "pressures of blood are a few 10 kPa"},
+      {"mechanics: {fixed: [bottom]}", "key 'mechanics.fixed': the mesh has no boundary label 'bottom'"},
+      {"mechanics: {pericardium: {labels: [epicardum]}}", "did you mean 'epicardium'?"},
+      {"fluid: {inlet: {label: ends}}", "key 'fluid.inlet'"},
+      {"lifting: {slip: [x_low]}", "key 'lifting.slip'"},
+      {"mechanics: {passive_regions: [ring]}", "have no regions"},
+      {"scene: ..", "cannot name a folder"},
+      {"scene: -n", "cannot name a folder"},
+      {"scene: \"a\\nb\"", "control characters"},
+      {"scene: \"\\e[31mred\"", "control characters"},
+      {"scene: $(touch pwned)", "cannot name a folder"},
+      {"participants: {':': {program: x}}", "cannot name a participant"},
+      {"participants: {-n: {program: x}}", "cannot name a participant"},
+      {"participants: {ep: {program: \"a\\0b\"}}", "control characters"},
+      {"fibres: {angle_endo: 60 rad}", "half a turn is 3.14 rad"}};
+  for (const auto &[text, reason] : cases)
+    EXPECT_NE(complaint(text).find(reason), std::string::npos) << text << ": " << complaint(text);
+}
+
+TEST(Scene, EveryRefusalIsOneLineWithItsPlace) {
+  for (const std::string &text :
+       {std::string("mechanics: &a {b: *a}"), std::string("a: &a [*a]"), "scene: x" + std::string(100000, 'x'),
+        "time: {end: 1 " + std::string(100000, '(') + "s}", "base: " + std::string(5000, 'x'), std::string("a: *b"),
+        std::string("scene: \"\\e[31m\"\nscene: b"), "x: " + std::string(3000, '['), std::string("!!x ? y : z")}) {
+    const std::string said = complaint(text);
+    EXPECT_NE(said.find(".yaml:"), std::string::npos) << said;
+    EXPECT_LT(said.size(), 2100u);
+    EXPECT_EQ(said.find_first_of("\n\x1b"), std::string::npos);
+  }
+  EXPECT_NE(complaint("scene: a", {std::string(100000, 'a') + ".b=1"}).find("--set"), std::string::npos);
+}
+
 TEST(Scene, FieldsAreDueAtMultiplesOfTheirInterval) {
   OutputParameters output;
   output.every = 1e-3;
