@@ -47,14 +47,19 @@ void PipeWriter::post(int tag, Bytes content) {
 }
 
 bool PipeWriter::push() {
-  bool has_written = false;
+  bool has_written = false, wants_room = false;
   while (!queue_.empty()) {
     const Bytes &bytes = queue_.front();
     const std::size_t n = pipe_.write(bytes.data() + offset_, bytes.size() - offset_);
     has_written |= n > 0;
     offset_ += n;
-    if (offset_ < bytes.size())
-      break;
+    if (offset_ < bytes.size()) {
+      if (wants_room && n == 0)
+        break;
+      wants_room = true;
+      pipe_.want_room();
+      continue; // the reader may have read before it could know
+    }
     queue_.pop_front();
     offset_ = 0;
   }

@@ -16,12 +16,15 @@ class Pipe {
  public:
   static constexpr std::uint32_t capacity = 1 << 15; ///< [byte]: the orders of a step many times over
 
-  std::size_t write(const char *bytes, std::size_t n); ///< as many as there is room for; returns how many
-  std::size_t read(char *bytes, std::size_t n);        ///< as many as there are; returns how many
+  std::size_t write(const char *bytes, std::size_t n);              ///< as many as there is room for; returns how many
+  std::size_t read(char *bytes, std::size_t n);                     ///< as many as there are; returns how many
+  void want_room() { wanted_ = 1; }                                 ///< the writer will look again before it sleeps
+  bool room_was_wanted() { return wanted_ && wanted_.exchange(0); } ///< asked by the reader after it has read
 
  private:
   alignas(64) std::atomic<std::uint32_t> n_written_{0}; ///< so far, modulo 2^32
   alignas(64) std::atomic<std::uint32_t> n_read_{0};
+  std::atomic<std::uint32_t> wanted_{0};
   alignas(64) char bytes_[capacity];
 };
 
@@ -53,6 +56,7 @@ class PipeReader {
  public:
   explicit PipeReader(Pipe &pipe) : pipe_(pipe) {}
   std::optional<Letter> next(); ///< once it is complete; the sender is left open
+  bool room_was_wanted() { return pipe_.room_was_wanted(); }
 
  private:
   bool fill(Bytes &bytes); ///< returns whether it is complete

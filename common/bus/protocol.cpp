@@ -152,11 +152,14 @@ void Mailbox::push(int rank, PipeWriter &pipe) {
 }
 
 std::optional<Letter> Mailbox::receive(int rank, int tag) {
-  for (auto &[sender, pipe] : readers_)
+  for (auto &[sender, pipe] : readers_) {
     while (auto letter = pipe.next()) {
       letter->sender = sender;
       arrived_.push_back(std::move(*letter));
     }
+    if (pipe.room_was_wanted())
+      world_.bells().ring(sender);
+  }
   for (auto letter = arrived_.begin(); letter != arrived_.end(); ++letter)
     if ((rank == MPI_ANY_SOURCE || rank == letter->sender) && (tag == MPI_ANY_TAG || tag == letter->tag)) {
       std::optional<Letter> found = std::move(*letter);
