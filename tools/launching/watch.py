@@ -219,6 +219,10 @@ class Watch:
             return line
         if messages.lost:
             return f"node {messages.lost} does not answer any more"
+        if messages.no_daemon:
+            if self.pulse.stage == "starting":
+                show(messages.no_daemon)
+            return "a node cannot be reached, or mpirun's daemon there has ended"
         if messages.exited:
             rank, code = messages.exited
             return f"{self.plan.who(rank)} ended with exit code {code} and without a word"
