@@ -2,11 +2,11 @@
 
 #include "common/bus/failure.h"
 #include "common/config/nearest.h"
+#include "common/geometry/shapes.h"
 
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
-#include <thread>
 #include <unistd.h>
 
 namespace heartbus::coupler {
@@ -54,31 +54,71 @@ std::string quoted(const std::string &word) {
   return text + "'";
 }
 
+/// Of all ranks [byte]: a process with its libraries and the transport, and what the unknowns of fluid and wall take
+/// with all that belongs to them (docs/performance.md).
+double estimated_memory(const std::vector<AppContext> &contexts, const SceneParameters &scene) {
+  constexpr double of_a_rank = 180. * (1 << 20), of_an_unknown = 4.4 * (1 << 10);
+  const bool has_fluid = scene.has("fluid") || scene.has("fsi");
+  double unknowns = 3. * geometry::make_solid(scene.geometry).points.size();
+  if (has_fluid)
+    unknowns += 4. * geometry::make_fluid(scene.geometry).points.size();
+  double memory = of_an_unknown * unknowns;
+  for (const AppContext &context : contexts)
+    memory += of_a_rank * context.ranks;
+  return memory;
+}
+
 } // namespace
 
 std::string program_name(const std::string &program) { return fs::path(program).filename(); }
 
-std::string launch_line(const Options &options, const SceneParameters &scene) {
-  std::string line = "-n 1 " + quoted(own_program()) + " " + quoted(options.scene_file);
+std::vector<AppContext> launch(const Options &options, const SceneParameters &scene) {
+  std::vector<std::string> words{own_program(), options.scene_file};
   for (const auto &setting : options.settings)
-    line += " --set " + quoted(setting);
+    words.insert(words.end(), {"--set", setting});
   if (options.ranks > 0)
-    line += " --ranks " + std::to_string(options.ranks);
+    words.insert(words.end(), {"--ranks", std::to_string(options.ranks)});
   for (const auto &[field, file] : records_of(options))
-    line += " --record " + quoted(field + "=" + file);
+    words.insert(words.end(), {"--record", field + "=" + file});
   if (!options.restart.empty())
-    line += " --restart " + quoted(options.restart);
-  line += " --out " + quoted(folder_of(options, scene));
+    words.insert(words.end(), {"--restart", options.restart});
+  words.insert(words.end(), {"--out", folder_of(options, scene)});
 
-  const int cores = static_cast<int>(std::thread::hardware_concurrency());
-  for (const auto &[name, participant] : scene.participants) {
-    if (cores > 0 && participant.ranks > cores)
-      throw Failure(ExitCode::scene, "key 'participants." + name + ".ranks': " + std::to_string(participant.ranks) +
-                                         " ranks, but this machine has " + std::to_string(cores) + " cores");
-    line += " : -n " + std::to_string(participant.ranks) + " " + quoted(find_program(name, participant.program)) +
-            " --name " + quoted(name);
+  std::vector<AppContext> contexts{{"coupler", 1, words}};
+  for (const auto &[name, participant] : scene.participants)
+    contexts.push_back({name, participant.ranks, {find_program(name, participant.program), "--name", name}});
+  return contexts;
+}
+
+std::string launch_line(const std::vector<AppContext> &contexts) {
+  std::string line;
+  for (const AppContext &context : contexts) {
+    line += (line.empty() ? "-n " : " : -n ") + std::to_string(context.ranks);
+    for (const std::string &word : context.words)
+      line += " " + quoted(word);
   }
   return line;
+}
+
+void hand_over(int file, const std::vector<AppContext> &contexts, const Options &options,
+               const SceneParameters &scene) {
+  std::string text;
+  const auto add = [&text](const std::string &key, const std::string &value) { text += key + '\0' + value + '\0'; };
+  add("folder", folder_of(options, scene));
+  add("deadline", std::to_string(scene.coupling.deadline));
+  add("memory", std::to_string(estimated_memory(contexts, scene)));
+  for (const AppContext &context : contexts) {
+    add("participant", context.participant);
+    add("ranks", std::to_string(context.ranks));
+    for (const std::string &word : context.words)
+      add("word", word);
+  }
+  for (std::size_t n = 0; n < text.size();) {
+    const ssize_t written = write(file, text.data() + n, text.size() - n);
+    if (written < 0)
+      throw Failure(ExitCode::file, "--hand-over " + std::to_string(file) + ": cannot be written");
+    n += static_cast<std::size_t>(written);
+  }
 }
 
 } // namespace heartbus::coupler

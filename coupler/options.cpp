@@ -24,18 +24,23 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_flag("--validate", validate, "checks the scene and ends");
   app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
   app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
+  std::string default_scene; // the last two are for launchers
+  app.add_option("--default-scene", default_scene, "")->group("");
+  app.add_option("--hand-over", options.hand_over, "")->group("");
   try {
     app.parse(argc, argv);
+    if (options.scene_file.empty())
+      options.scene_file = default_scene;
     if (options.scene_file.empty() && !print_defaults)
       throw CLI::RequiredError("scene");
   } catch (const CLI::ParseError &error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::scene);
   }
   using Action = Options::Action;
-  options.action = validate         ? Action::validate
-                   : print_defaults ? Action::print_defaults
-                   : launch_line    ? Action::launch_line
-                                    : Action::run;
+  options.action = validate                                ? Action::validate
+                   : print_defaults                        ? Action::print_defaults
+                   : launch_line || options.hand_over >= 0 ? Action::launch_line
+                                                           : Action::run;
   return {};
 }
 
@@ -89,10 +94,15 @@ int answer(const Options &options) {
       return 0;
     }
     const SceneParameters scene = scene_of(options);
-    const std::string line = launch_line(options, scene);
+    const std::vector<AppContext> contexts = launch(options, scene);
     if (!options.restart.empty())
       find_checkpoint(options.restart, folder_of(options, scene), scene);
-    std::cout << (options.action == Options::Action::launch_line ? line : options.scene_file + ": valid") << '\n';
+    if (options.action == Options::Action::validate)
+      std::cout << options.scene_file << ": valid\n";
+    else if (options.hand_over >= 0)
+      hand_over(options.hand_over, contexts, options, scene);
+    else
+      std::cout << launch_line(contexts) << '\n';
     return 0;
   } catch (const Failure &failure) {
     std::cerr << "error: " << config::printable(with_place(failure.what(), options.scene_file)) << '\n';

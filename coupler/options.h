@@ -16,6 +16,7 @@ struct Options {
   std::string folder;                ///< of the results; empty: results/<scene>
   std::vector<std::string> records;  ///< "field=FILE"
   std::string restart;               ///< from which checkpoint: see find_checkpoint; empty: from the start
+  int hand_over = -1;                ///< open file for a launcher, see coupler/launch.h; -1: none
   enum class Action { run, validate, print_defaults, launch_line } action = Action::run;
 };
 

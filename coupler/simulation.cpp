@@ -282,6 +282,7 @@ void Simulation::add_costs(nlohmann::ordered_json &result) const {
     result["cpu_s_by_part"][name] = report.cpu_seconds - first_reports_.at(name).cpu_seconds;
     result["start_cpu_s_by_part"][name] = first_reports_.at(name).cpu_seconds;
     result["peak_memory_MiB_by_part"][name] = report.peak_memory / MiB;
+    result["overslept_by_part"][name] = report.n_overslept - first_reports_.at(name).n_overslept;
     for (const auto &set : participant.point_sets)
       result["points"][name][set.name] = set.n_points();
   }

@@ -69,8 +69,8 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.scalar("volume", "m^3", [this] { return problem_.volume(); });
   bus.scalar("mean_pressure", "Pa", [this] { return problem_.mean_pressure(); });
   if (valves_) {
-    bus.scalar("mitral_flow", "m^3/s", [this] { return mitral_flow_; });
-    bus.scalar("aortic_flow", "m^3/s", [this] { return aortic_flow_; });
+    bus.scalar("mitral_flow", "m^3/s", [this] { return at_mitral_.flow; });
+    bus.scalar("aortic_flow", "m^3/s", [this] { return at_aortic_.flow; });
     bus.state("phase", Valves::phase_names(), [this] { return int(valves_->phase()); });
   }
   bus.scalar("fluid_iterations", "1", [this] { return double(statistics_.iterations); });
@@ -104,6 +104,10 @@ void FluidSolver::start() {
   Vector motion = space_.make_vector(3);
   std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
   problem_.start(motion);
+  if (valves_) {
+    at_mitral_ = at(*mitral_, -1);
+    at_aortic_ = at(*aortic_, 1);
+  }
   log_->info("starts with {:.2f} mL of blood at {:.0f} Pa", 1e6 * problem_.volume(), problem_.mean_pressure());
   if (writer_)
     write(0);
@@ -162,9 +166,15 @@ void FluidSolver::prepare_step(const bus::Step &step) {
 }
 
 void FluidSolver::switch_valves(double time) {
-  if (const auto reason = valves_->update(time, problem_.mean_pressure(), mitral_flow_, aortic_flow_))
+  if (const auto reason = valves_->update(time, problem_.mean_pressure(), at_mitral_, at_aortic_))
     log_->info("t = {:.4f} s: {}; {}", time, *reason, Valves::phase_names()[valves_->phase()]);
   show_valves();
+}
+
+/// `direction`: 1 if the valve lets blood out, -1 if it lets it in.
+AtOrifice FluidSolver::at(const Orifice &orifice, double direction) const {
+  const Vector &x = problem_.state();
+  return {problem_.pressure_scale() * (orifice.mean_pressure * x), orifice.open ? direction * (orifice.flux * x) : 0};
 }
 
 void FluidSolver::show_valves() {
@@ -236,7 +246,7 @@ void FluidSolver::watch_inflow(const bus::Step &step) {
     return;
   }
   inflow_watch_.add(entry->pressure - problem_.mean_pressure());
-  const double flow = mitral_ ? mitral_flow_ : -(entry->flux * problem_.state()), velocity = flow / entry->area;
+  const double flow = mitral_ ? at_mitral_.flow : -(entry->flux * problem_.state()), velocity = flow / entry->area;
   if (flow > 0 && inflow_watch_.is_suspect(parameters_.density / 2 * velocity * velocity))
     refuse_runaway_inflow(step, *entry, false);
 }
@@ -246,8 +256,8 @@ void FluidSolver::commit_step(const bus::Step &step) {
     refuse_instability(step);
   problem_.commit();
   if (valves_) {
-    mitral_flow_ = mitral_->open ? -(mitral_->flux * problem_.state()) : 0;
-    aortic_flow_ = aortic_->open ? aortic_->flux * problem_.state() : 0;
+    at_mitral_ = at(*mitral_, -1);
+    at_aortic_ = at(*aortic_, 1);
   }
   watch_inflow(step);
   if (writer_ && output_.due(step.number, step.size))
@@ -257,8 +267,10 @@ void FluidSolver::commit_step(const bus::Step &step) {
 void FluidSolver::visit(io::State &state) {
   if (valves_) {
     valves_->visit(state);
-    state.number("mitral_flow", mitral_flow_);
-    state.number("aortic_flow", aortic_flow_);
+    state.number("mitral_flow", at_mitral_.flow);
+    state.number("mitral_pressure", at_mitral_.pressure);
+    state.number("aortic_flow", at_aortic_.flow);
+    state.number("aortic_pressure", at_aortic_.pressure);
     show_valves();
   }
   state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());

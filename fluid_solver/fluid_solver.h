@@ -63,6 +63,7 @@ class FluidSolver : public bus::Solver {
   void watch_inflow(const bus::Step &step);
   void switch_valves(double time);
   void show_valves(); ///< to the problem
+  AtOrifice at(const Orifice &orifice, double direction) const;
   void visit(io::State &state);
   fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
   void to_interface(const fem::Vector &v, std::vector<double> &values) const;
@@ -76,7 +77,7 @@ class FluidSolver : public bus::Solver {
   double dt_;
   std::optional<Valves> valves_;
   Orifice *mitral_ = nullptr, *aortic_ = nullptr, *inlet_ = nullptr;
-  double mitral_flow_ = 0, aortic_flow_ = 0; ///< into and out of the ventricle [m^3/s]
+  AtOrifice at_mitral_, at_aortic_;
 
   std::vector<unsigned> interface_nodes_; ///< owned
   // what the bus reads and fills

@@ -75,6 +75,17 @@ fem::Vector MovedSurface::flux_functional() const {
   return c;
 }
 
+fem::Vector MovedSurface::pressure_functional(double area) const {
+  const std::vector<double> weights = areas();
+  fem::Vector c = space_.make_vector(4);
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned k = 0; k < faces_.nodes_per_face; ++k)
+      if (node(f, k) < space_.n_owned_nodes())
+        for (unsigned q = 0; q < faces_.n_q; ++q)
+          c.local_element(4 * node(f, k) + 3) += weights[f * faces_.n_q + q] * shape(f, q, k) / area;
+  return c;
+}
+
 std::vector<double> MovedSurface::masses(const std::vector<double> &weights) const {
   const unsigned n = faces_.nodes_per_face;
   std::vector<double> masses(faces_.n_faces * n * n);

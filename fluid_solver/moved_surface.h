@@ -28,6 +28,9 @@ class MovedSurface {
 
   /// c.u = int u.n for every u: the entries of this rank's nodes.
   fem::Vector flux_functional() const;
+  /// c.x = int p |n da| over the area, the mean pressure of a state x [unit of p]: the entries of this rank's nodes; `area`
+  /// as the sum of `areas` over all ranks.
+  fem::Vector pressure_functional(double area) const;
   /// The sum of weights [f][q] over the cells of this rank.
   double owned_sum(const std::vector<double> &weights) const;
   /// int w N_k N_l between the nodes of each face, [f][k][l], with the weights w [f][q] including the area, as `areas`

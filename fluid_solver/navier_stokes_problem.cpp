@@ -75,6 +75,7 @@ Orifice &NavierStokesProblem::add_orifice(const std::string &label, double press
   at_rest.update_ghost_values();
   orifice.surface.move(at_rest);
   orifice.area = dealii::Utilities::MPI::sum(orifice.surface.owned_sum(orifice.surface.areas()), space_.communicator());
+  orifice.mean_pressure = orifice.surface.pressure_functional(orifice.area);
   return orifice;
 }
 

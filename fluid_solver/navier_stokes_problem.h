@@ -28,8 +28,9 @@ struct Orifice {
   double pressure, resistance;
   bool open = false;
   MovedSurface surface;
-  double area = 0; ///< at rest
-  fem::Vector flux; ///< of the moved surface: flux * u = int u.n
+  double area = 0;          ///< at rest
+  fem::Vector flux;         ///< of the moved surface: flux * u = int u.n
+  fem::Vector mean_pressure; ///< of the surface at rest: mean_pressure * x, scaled as x is
 };
 
 /// One step of the Navier-Stokes equations in the ALE frame with the Robin condition of the interface (paper, eq.

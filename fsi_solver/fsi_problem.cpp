@@ -99,15 +99,23 @@ void FsiProblem::refresh_preconditioner() {
 
 unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
   refresh_preconditioner();
-  const bus::Stopwatch::Section section(stopwatch, "linear solve");
   Vector b(r);
   b *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
   const double tolerance = std::max(linear_tolerance, 0.1 * wanted_residual_ / b.l2_norm());
-  return fem::solve_linear(
-             "fluid and structure", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, preconditioner_,
-             tolerance)
-      .iterations;
+  try {
+    const bus::Stopwatch::Section section(stopwatch, "linear solve");
+    return fem::solve_linear(
+               "fluid and structure", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, preconditioner_,
+               tolerance, solid_.most_iterations())
+        .iterations;
+  } catch (const Failure &failure) {
+    if (failure.code() != ExitCode::not_converged || !solid_.go_over_to_multigrid())
+      throw;
+  }
+  preconditioner_.forget();
+  dx = 0;
+  return solve(dx, r);
 }
 
 double FsiProblem::size(const Vector &dx) {

@@ -373,24 +373,49 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   ++n_tangents_;
 }
 
-/// Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. The
-/// preconditioner is kept for as long as it serves about as well as when it was new.
+/// Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. So do dynamic ones
+/// of walls that hardly change their volume (kappa above some 100 kPa on fine meshes).
+std::string ElasticityProblem::preconditioner_kind() const {
+  if (dt_ == 0)
+    return "amg";
+  return solver_.preconditioner != "auto" ? solver_.preconditioner : is_stiff_ ? "amg" : "ilu";
+}
+
+unsigned ElasticityProblem::most_iterations() const {
+  const bool may_change = dt_ > 0 && solver_.preconditioner == "auto" && !is_stiff_;
+  return may_change ? 120 : dt_ > 0 ? 500 : 2000;
+}
+
+bool ElasticityProblem::go_over_to_multigrid() {
+  if (dt_ == 0 || solver_.preconditioner != "auto" || is_stiff_)
+    return false;
+  return preconditioner_is_old_ = is_stiff_ = true;
+}
+
+/// The preconditioner is kept for as long as it serves about as well as when it was new.
 unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
-  const bool dynamic = dt_ > 0, renewed = preconditioner_is_old_;
+  const bool renewed = preconditioner_is_old_;
   if (renewed) {
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");
-    preconditioner_ = fem::make_preconditioner(dynamic ? solver_.preconditioner : "amg", tangent_);
+    preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent_);
   }
-  const bus::Stopwatch::Section section(stopwatch, "linear solve");
-  const unsigned iterations =
-      fem::solve_linear(
-          "elasticity", [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
-          *preconditioner_, std::max(solver_.linear_tolerance, tolerance), dynamic ? 500 : 2000)
-          .iterations;
-  if (renewed)
-    usual_iterations_ = iterations;
-  preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
-  return iterations;
+  try {
+    const bus::Stopwatch::Section section(stopwatch, "linear solve");
+    const unsigned iterations =
+        fem::solve_linear(
+            "elasticity", [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
+            *preconditioner_, std::max(solver_.linear_tolerance, tolerance), most_iterations())
+            .iterations;
+    if (renewed)
+      usual_iterations_ = iterations;
+    preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
+    return iterations;
+  } catch (const Failure &failure) {
+    if (failure.code() != ExitCode::not_converged || !go_over_to_multigrid())
+      throw;
+  }
+  dx = 0;
+  return respond(dx, force, tolerance);
 }
 
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {

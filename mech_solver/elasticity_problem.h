@@ -44,6 +44,12 @@ class ElasticityProblem {
   /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
   /// the iterations.
   unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
+  /// For the tangent; of dynamic systems as the parameters say.
+  std::string preconditioner_kind() const;
+  /// How many iterations a linear solver may take before `go_over_to_multigrid` is worth its set-up.
+  unsigned most_iterations() const;
+  /// Whether that is another preconditioner than so far.
+  bool go_over_to_multigrid();
   // Of the last displacement looked at, this rank.
   double smallest_J() const { return smallest_J_; }
   double own_volume() const { return own_volume_; } ///< of its own cells [m^3]
@@ -119,7 +125,7 @@ class ElasticityProblem {
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   double wanted_residual_ = 0;    ///< of Newton's method, at the last state looked at
   unsigned usual_iterations_ = 0; ///< of the linear solver with a new preconditioner
-  bool preconditioner_is_old_ = true;
+  bool preconditioner_is_old_ = true, is_stiff_ = false;
 };
 
 } // namespace heartbus::mech

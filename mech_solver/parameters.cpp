@@ -31,7 +31,7 @@ void ActiveParameters::describe(config::Section &s) {
   s.quantity("tension_max", tension_max, "Pa", config::non_negative, "tension at full permissivity");
   s.quantity(
       "sarcomere_length", sarcomere_length, "um", config::between(1, 3),
-      "at rest; the paper gives none, 1.72 um makes its 500 kPa eject as published with cells paced every 0.8 s");
+      "at rest; the paper gives none; with 1.75 um its 500 kPa and cells paced every 0.8 s eject half of the volume");
 }
 
 void PericardiumParameters::describe(config::Section &s) {
@@ -60,7 +60,8 @@ void SolverParameters::describe(config::Section &s) {
   s.number("update_tolerance", update_tolerance, {1e-14, 1}, "of what Newton's next update would be, relative to the smallest cell");
   s.number("linear_tolerance", linear_tolerance, {1e-14, 0.5}, "of the linear solver, relative to the residual");
   s.integer("max_iterations", max_iterations, {1, 1000}, "of Newton");
-  s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of the dynamic systems");
+  s.choice("preconditioner", preconditioner, {"auto", "jacobi", "ilu", "amg"},
+           "of the dynamic systems; auto: ilu, and amg from where a stiff wall makes it slow");
 }
 
 void Parameters::describe(config::Section &s) {

@@ -13,7 +13,7 @@ namespace heartbus::mech {
 struct ActiveParameters {
   std::string model = "rdq18_ann";
   double tension_max = 500e3;     ///< [Pa]
-  double sarcomere_length = 1.72; ///< SL0, at rest [um]
+  double sarcomere_length = 1.75; ///< SL0, at rest [um]
   void describe(config::Section &section);
 };
 
@@ -39,7 +39,7 @@ struct SolverParameters {
   double update_tolerance = 1e-6;   ///< relative to the size of the smallest cell
   double linear_tolerance = 1e-3;
   int max_iterations = 30;
-  std::string preconditioner = "ilu";
+  std::string preconditioner = "auto";
   void describe(config::Section &section);
 };
 

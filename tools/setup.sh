@@ -19,7 +19,8 @@ install_packages() {
 # build [target...]: the Release build in build/release. Progress on a terminal, silence elsewhere, the log on an error.
 build() {
   local folder="$root/build/release" log
-  mkdir -p "$folder"
+  if [ -x "$folder/bin/coupler" ] && [ ! -w "$folder" ]; then return; fi # of somebody else, who has built it
+  mkdir -p "$folder" || { echo "error: $folder is not yours to build in: ask its owner for ./run there" >&2; exit 8; }
   log="$folder/build.log"
   exec 9> "$folder/.lock"
   flock 9 # two runs at once must not build at once

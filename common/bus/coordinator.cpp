@@ -4,6 +4,7 @@
 #include "common/bus/failure.h"
 #include "common/bus/handshake.h"
 #include "common/bus/protocol.h"
+#include "common/bus/pulse.h"
 #include "common/bus/route_table.h"
 #include "common/bus/waiting.h"
 #include "common/bus/world.h"
@@ -37,14 +38,15 @@ struct Coordinator::Implementation {
       : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world),
         waiting([this] { poll(); }, [this] { return !mail.all_sent(); }, &world.bells()) {
     MPI_Comm_size(world.control(), &n_ranks);
+    pulse.beat(stage, 0);
   }
 
   void poll();
   void count_progress();
   void open_letters();
-  void open(Mailbox::Letter letter);
-  void merge(Mailbox::Letter declaration);
-  [[noreturn]] void heed_complaint(Mailbox::Letter letter);
+  void open(Letter letter);
+  void merge(Letter declaration);
+  [[noreturn]] void heed_complaint(Letter letter);
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
   void collect_declarations();
@@ -60,6 +62,8 @@ struct Coordinator::Implementation {
   Mailbox mail;
   Waiting waiting;
   Crew crew;
+  Pulse pulse;
+  const char *stage = "meeting";
   int n_ranks = 0, n_gone = 0;
   int leave_code = 0; ///< buffer of the orders to leave
   bool welcomed = false, ended_well = false;
@@ -69,7 +73,7 @@ struct Coordinator::Implementation {
   std::list<Recorder> recorders;
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
   std::map<std::string, std::uint32_t> n_executed; ///< commands, as counted by those of this node
-  std::deque<Mailbox::Letter> complaints;
+  std::deque<Letter> complaints;
   std::set<int> silent; ///< ranks that have not declared anything yet
   std::map<std::string, std::deque<Report>> reports;
   std::map<std::string, Habit> habits; ///< of waiting for the reports of each participant
@@ -94,6 +98,7 @@ void Coordinator::Implementation::poll() {
   mail.all_sent();
   open_letters();
   take_recordings();
+  pulse.beat(stage, crew.step());
   crew.watch(waiting.deadline + watch_margin, route_names);
 }
 
@@ -114,7 +119,7 @@ void Coordinator::Implementation::open_letters() {
     heed_complaint(std::move(complaints.front()));
 }
 
-void Coordinator::Implementation::open(Mailbox::Letter letter) {
+void Coordinator::Implementation::open(Letter letter) {
   const auto [name, rank] = member(letter.sender);
   switch (letter.tag) {
   case tag_progress:
@@ -132,15 +137,16 @@ void Coordinator::Implementation::open(Mailbox::Letter letter) {
   }
 }
 
-void Coordinator::Implementation::heed_complaint(Mailbox::Letter letter) {
+void Coordinator::Implementation::heed_complaint(Letter letter) {
   auto complaint = unpack<Complaint>(std::move(letter.content));
+  const auto [name, rank] = member(letter.sender);
   for (const ParticipantInfo &participant : participants)
     if (participant.name == complaint.waits_for)
-      complaint.message += crew.why_late(complaint.waits_for, route_names);
+      complaint.message += crew.why_late(complaint.waits_for, route_names, rank == 0 ? name : "");
   throw Culprit{complaint.code, who(letter.sender) + ": " + complaint.message};
 }
 
-void Coordinator::Implementation::merge(Mailbox::Letter declaration) {
+void Coordinator::Implementation::merge(Letter declaration) {
   const auto [name, rank] = member(declaration.sender);
   for (ParticipantInfo &participant : participants)
     if (participant.name == name)
@@ -197,17 +203,20 @@ void Coordinator::Implementation::await_all_gone() {
 void Coordinator::Implementation::order_all_to_leave(int code) {
   leave_code = code;
   for (int r = 0; r < n_ranks; ++r)
-    if (r != world.rank()) {
+    if (r != world.rank() && world.bells().reach(r)) {
+      world.bells().counters(r).leave = static_cast<std::uint32_t>(code) + 1;
+      world.bells().wake(r);
+    } else if (r != world.rank()) {
       MPI_Request request;
       MPI_Isend(&leave_code, 1, MPI_INT, r, tag_leave, world.control(), &request);
       MPI_Request_free(&request);
-      world.bells().wake(r);
     }
 }
 
 /// After a failure: everybody gets the code and a moment to unwind, i.e. to close files; then all may end.
 void Coordinator::Implementation::send_off(int code) {
   order_all_to_leave(code);
+  pulse.beat("ending", crew.step());
   const Waiting undisturbed([] {}, [] { return true; }, nullptr);
   const auto all_gone = [this] {
     mail.all_sent();
@@ -224,8 +233,9 @@ void Coordinator::Implementation::send_off(int code) {
   undisturbed.within(grace_to_leave, [this] { return mail.all_sent(); });
 }
 
-Coordinator::Coordinator(int &argc, char **&argv) : implementation_(std::make_unique<Implementation>(argc, argv)) {
+Coordinator::Coordinator(int &argc, char **&argv) {
   std::signal(SIGUSR1, [](int) { stop_signal = 1; });
+  implementation_ = std::make_unique<Implementation>(argc, argv);
 }
 
 Coordinator::~Coordinator() {
@@ -257,6 +267,7 @@ int Coordinator::run(const std::function<void()> &body) {
     all.send_off(culprit.code);
     return culprit.code;
   }
+  all.pulse.beat("ending", all.crew.step());
   all.order_all_to_leave(0);
   all.ended_well = true;
   return 0;
@@ -278,6 +289,7 @@ void Coordinator::handshake(const std::map<std::string, Expected> &expected, con
   }
   all.welcomed = true;
   all.collect_declarations();
+  all.stage = "working";
 }
 
 void Coordinator::trace() {
@@ -397,6 +409,8 @@ Times &Times::operator+=(const Times &more) {
   add(more.parts, parts);
   return *this;
 }
+
+int Coordinator::n_overslept() const { return implementation_->waiting.n_overslept(); }
 
 bool Coordinator::stop_requested() const { return stop_signal != 0; }
 

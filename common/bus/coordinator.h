@@ -82,6 +82,7 @@ struct Report {
   Times times;
   double cpu_seconds = 0; ///< sum over ranks, since the start
   double peak_memory = 0; ///< sum over ranks [byte]
+  double n_overslept = 0; ///< sum over ranks: see Waiting
 };
 
 /// The coupler's end of the bus: it owns the handshake, the routes, the streams of commands, deadlines and the abort of
@@ -134,6 +135,8 @@ class Coordinator {
   };
   /// Ends all participants, waits for them and returns what they have noted. `run` does it when its body has not.
   std::vector<RankTrace> finish();
+  /// The coupler's own waits that ended late: see Waiting.
+  int n_overslept() const;
   /// True when SIGUSR1 has arrived (only the coupler acts on it).
   bool stop_requested() const;
 

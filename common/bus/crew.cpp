@@ -3,6 +3,8 @@
 #include "common/bus/protocol.h"
 #include "common/bus/waiting.h"
 
+#include <algorithm>
+#include <limits>
 #include <sstream>
 
 namespace heartbus::bus {
@@ -24,6 +26,16 @@ void Crew::sent(const std::string &participant, const std::vector<Command> &comm
 
 void Crew::executed_one(const std::string &participant) {
   Work &work = work_[participant];
+  const Command &command = work.commands.front();
+  last_step_ = command.step.number;
+  if (command.kind == Command::Kind::send)
+    ++under_way_[{"", "", command.route}];
+  if (command.kind == Command::Kind::receive)
+    --under_way_[{"", "", command.route}];
+  if (command.kind == Command::Kind::pass_turn)
+    ++under_way_[{participant, command.task, -1}];
+  if (command.kind == Command::Kind::take_turn)
+    --under_way_[{command.task, participant, -1}];
   work.commands.pop_front();
   work.since = std::chrono::steady_clock::now();
 }
@@ -31,6 +43,14 @@ void Crew::executed_one(const std::string &participant) {
 bool Crew::idle(const std::string &participant) const {
   const auto work = work_.find(participant);
   return work == work_.end() || work->second.commands.empty();
+}
+
+int Crew::step() const {
+  int first = std::numeric_limits<int>::max();
+  for (const auto &[participant, work] : work_)
+    if (!work.commands.empty() && work.commands.front().step.number > 0)
+      first = std::min(first, work.commands.front().step.number);
+  return first == std::numeric_limits<int>::max() ? last_step_ : first;
 }
 
 void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
@@ -45,7 +65,8 @@ void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
   }
 }
 
-std::string Crew::why_late(std::string participant, const std::vector<RouteName> &routes) const {
+std::string Crew::why_late(std::string participant, const std::vector<RouteName> &routes,
+                           const std::string &alive) const {
   std::string chain;
   for (std::size_t link = 0; link <= work_.size(); ++link) {
     if (idle(participant))
@@ -56,6 +77,13 @@ std::string Crew::why_late(std::string participant, const std::vector<RouteName>
     const bool takes_turn = command.kind == Command::Kind::take_turn;
     const std::string what = takes_turn ? "its turn" : "'" + routes.at(command.route).field + "'",
                       from = takes_turn ? command.task : routes.at(command.route).from;
+    const auto sent =
+        under_way_.find(takes_turn ? std::tuple{from, participant, -1} : std::tuple{"", "", command.route});
+    if (sent != under_way_.end() && sent->second > 0)
+      return chain + (participant == alive ? "; rank 0 of " + from + " has sent " + what + " to " + participant +
+                                                 ": its ranks that are missing are stopped or stuck"
+                                           : "; " + participant + " does not take " + what + ", which " + from +
+                                                 " has sent: its rank 0 is stopped or stuck");
     chain += "; " + participant + " itself waits for " + what + " from " + from;
     participant = from;
   }

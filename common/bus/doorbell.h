@@ -1,5 +1,7 @@
 #pragma once
 
+#include "common/bus/node_array.h"
+
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -19,12 +21,11 @@ class Doorbells {
   static constexpr Ranks anybody = 0;
   static constexpr Ranks only(int rank) { return Ranks(1) << rank % 63; }
 
-  explicit Doorbells(MPI_Comm everybody); ///< collective
-  Doorbells(const Doorbells &) = delete;
-  void free(); ///< collective
+  explicit Doorbells(MPI_Comm everybody) : bells_(everybody), mine_(&bells_.mine()) {} ///< collective
+  void free() { bells_.free(); }                                                       ///< collective
 
-  bool reach(int rank) const { return bells_[rank] != nullptr; } ///< whether it is of the same node
-  bool reach_everybody() const;                                  ///< no message of anybody comes unannounced
+  bool reach(int rank) const { return bells_.of(rank) != nullptr; } ///< whether it is of the same node
+  bool reach_everybody() const;                                     ///< no message of anybody comes unannounced
   /// Ring after the message has been started, so that who wakes finds it.
   bool ring(int rank) const; ///< returns whether it wakes somebody
   /// All of them, those on the own core last; who wakes there may go on at once.
@@ -39,24 +40,23 @@ class Doorbells {
 
   /// Counters beside the bell, for what is said often and needs no words.
   struct Counters {
-    std::atomic<std::uint32_t> turns;    ///< that have been passed on to this rank
-    std::atomic<std::uint32_t> progress; ///< commands that it has executed
+    std::atomic<std::uint32_t> turns{0};    ///< that have been passed on to this rank
+    std::atomic<std::uint32_t> progress{0}; ///< commands that it has executed
+    std::atomic<std::uint32_t> leave{0};    ///< the order to leave: the exit code plus one
   };
-  Counters &counters(int rank) const { return bells_[rank]->counters; } ///< needs reach(rank)
+  Counters &counters(int rank) const { return bells_.of(rank)->counters; } ///< needs reach(rank)
 
  private:
-  bool shares_core(int rank) const; ///< as far as it has slept
+  bool shares_core(int rank) const;               ///< as far as it has slept
+  static constexpr Ranks nobody = Ranks(1) << 63; ///< who never rings
   struct alignas(64) Bell {
-    std::atomic<std::uint32_t> rings;
-    std::atomic<Ranks> missing; ///< while it sleeps: who has yet to ring; else nobody
-    std::atomic<int> core;      ///< that it sleeps on
+    std::atomic<std::uint32_t> rings{0};
+    std::atomic<Ranks> missing{nobody}; ///< while it sleeps: who has yet to ring; else nobody
+    std::atomic<int> core{-1};          ///< that it sleeps on
     Counters counters;
   };
-  MPI_Comm node_ = MPI_COMM_NULL;
-  MPI_Win window_ = MPI_WIN_NULL;
-  std::vector<Bell *> bells_; ///< by rank of the world; null on other nodes
-  Bell *mine_ = nullptr;
-  int rank_;
+  NodeArray<Bell> bells_;
+  Bell *mine_;
 };
 
 } // namespace heartbus::bus

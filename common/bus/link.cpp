@@ -19,7 +19,8 @@ Link::Link(World &world)
   MPI_Comm_size(world.local(), &local_size_);
   own_ranks_ = world.ranks_of(world.members()[world.rank()].name);
   commands_.callers = Doorbells::only(is_root() ? world.coupler() : own_ranks_.front());
-  MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
+  if (!world.bells().reach(world.coupler()))
+    MPI_Irecv(&leave_code_, 1, MPI_INT, world.coupler(), tag_leave, world.control(), &leave_);
 }
 
 bool Link::is_sending() {
@@ -29,6 +30,11 @@ bool Link::is_sending() {
 
 void Link::poll() {
   mail_.all_sent();
+  if (world_.bells().reach(world_.coupler())) {
+    if (const std::uint32_t order = world_.bells().counters(world_.rank()).leave)
+      throw LeaveOrder{static_cast<int>(order) - 1};
+    return;
+  }
   int ordered = 0;
   MPI_Test(&leave_, &ordered, MPI_STATUS_IGNORE);
   if (ordered)
@@ -51,7 +57,7 @@ Bytes Link::receive(Tag tag) {
 }
 
 Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience, Habit *habit) {
-  std::optional<Mailbox::Letter> letter;
+  std::optional<Letter> letter;
   const auto came = [&] {
     letter = mail_.receive(world_rank, tag);
     return letter.has_value();

@@ -2,9 +2,11 @@
 
 #include "common/bus/coordinator.h"
 #include "common/bus/packer.h"
+#include "common/bus/pipe.h"
 #include "common/bus/world.h"
 
 #include <list>
+#include <map>
 #include <mpi.h>
 #include <optional>
 #include <string>
@@ -75,12 +77,13 @@ std::string describe(const Step &step);
 /// "solve", "task inflate", "send": also the kinds of work in a Report.
 std::string kind_of_work(const Command &command);
 
-/// Sends and receives messages of any length without ever blocking.
+/// Sends and receives messages of any length without ever blocking: on one node through pipes, else by MPI, whose
+/// buffers may hold a message back until its sender calls MPI again.
 class Mailbox {
  public:
-  explicit Mailbox(const World &world) : communicator_(world.control()), bells_(world.bells()) {}
+  explicit Mailbox(const World &world);
 
-  /// Rings the receiver's bell, except for progress, which nobody hurries for.
+  /// Rings the receiver's bell if it can be reached.
   void send(int rank, Tag tag, Bytes bytes);
   template <class T>
   void post(int rank, Tag tag, const T &message) {
@@ -89,20 +92,21 @@ class Mailbox {
     send(rank, tag, packer.take());
   }
 
-  struct Letter {
-    int sender = 0, tag = 0;
-    Bytes content;
-  };
   std::optional<Letter> receive(int rank, int tag); ///< rank may be MPI_ANY_SOURCE, tag MPI_ANY_TAG
-  bool all_sent(); ///< lets messages progress and frees those that have left
+  bool all_sent();                                  ///< lets messages progress and frees those that have left
 
  private:
   struct Outbound {
     Bytes bytes;
     MPI_Request request;
   };
-  MPI_Comm communicator_;
-  const Doorbells &bells_;
+  void push(int rank, PipeWriter &pipe);
+  std::optional<Letter> receive_by_mpi(int rank, int tag);
+
+  const World &world_;
+  std::map<int, PipeWriter> writers_; ///< by rank of the world
+  std::map<int, PipeReader> readers_;
+  std::list<Letter> arrived_; ///< through pipes, and nobody has asked for them yet
   std::list<Outbound> outbound_;
 };
 

@@ -221,6 +221,7 @@ void Server::report(bool with_times) {
   getrusage(RUSAGE_SELF, &usage);
   report.cpu_seconds = cpu_seconds(usage);
   report.peak_memory = usage.ru_maxrss * 1024.; // kilobytes on Linux
+  report.n_overslept = link_.waiting().n_overslept();
   if (!link_.is_root())
     return link_.post_share(report);
   std::vector<Report> shares;
@@ -233,6 +234,7 @@ void Server::report(bool with_times) {
     report.times += share.times;
     report.cpu_seconds += share.cpu_seconds;
     report.peak_memory += share.peak_memory;
+    report.n_overslept += share.n_overslept;
   }
   link_.post(tag_report, report);
 }

@@ -61,10 +61,14 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
   Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
   const double looks_if_below = announced ? duration<double>(spin).count() : long_wait;
   nanoseconds waited(0), awake_until(habit && usual(*habit) < looks_if_below ? spin : microseconds(0));
+  std::uint32_t heard_before_sleep = 0;
+  bool sleeps_long = false;
   for (bool has_slept = !announced;; waited = steady_clock::now() - start) {
     const std::uint32_t heard = bells_ ? bells_->rings() : 0;
-    if (done())
+    if (done()) {
+      n_overslept_ += sleeps_long && heard == heard_before_sleep;
       break;
+    }
     if (waited < awake_until) {
       sched_yield();
       continue;
@@ -73,7 +77,9 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       poll_();
     if (waited > duration<double>(seconds))
       return false;
-    if (sleep(heard, habit, announced && !is_sending_() ? longest_sleep : naps.next(waited)))
+    sleeps_long = announced && !is_sending_();
+    heard_before_sleep = heard;
+    if (sleep(heard, habit, sleeps_long ? longest_sleep : naps.next(waited)))
       awake_until = steady_clock::now() - start + spin;
     has_slept = true;
   }

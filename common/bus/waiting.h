@@ -48,6 +48,9 @@ class Waiting {
              Habit *habit = nullptr) const;
   /// As above, but gives up silently: false after `seconds`.
   bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
+  /// Waits that were over though nobody had rung: noticed up to 100 ms late. None, unless a message is overtaken by its
+  /// ring.
+  int n_overslept() const { return n_overslept_; }
 
  private:
   bool sleep(std::uint32_t heard, const Habit *habit,
@@ -56,6 +59,7 @@ class Waiting {
   std::function<void()> poll_;
   std::function<bool()> is_sending_;
   const Doorbells *bells_;
+  mutable int n_overslept_ = 0;
 };
 
 } // namespace heartbus::bus

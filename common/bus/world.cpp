@@ -28,7 +28,8 @@ void keep_messages_whole() {
 
 World::World(int &argc, char **&argv, const Member &self) {
   // The launcher forwards SIGUSR1 to every rank, and by default it ends a process.
-  std::signal(SIGUSR1, SIG_IGN);
+  if (!self.coupler)
+    std::signal(SIGUSR1, SIG_IGN);
   keep_messages_whole();
   int provided;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
@@ -49,6 +50,7 @@ World::World(int &argc, char **&argv, const Member &self) {
   MPI_Comm_split(control_, ranks_of(members_[rank_].name).front(), rank_, &own_);
   MPI_Comm_dup(own_, &local_);
   bells_.emplace(control_);
+  pipes_.emplace(control_);
   keep_to_own_core(own_);
 }
 
@@ -106,6 +108,20 @@ std::vector<int> World::ranks_of(const std::string &name) const {
   return ranks;
 }
 
+Pipe *World::pipe(int rank, bool outwards) const {
+  const auto is_root_of = [this](int root, int other) { return ranks_of(members_[other].name).front() == root; };
+  const auto end = [&](int owner, Pipe Pipes::*down, Pipe Pipes::*up) {
+    return &(pipes_->of(owner)->*(outwards == (owner == rank) ? down : up));
+  };
+  if (rank == rank_ || !pipes_->of(rank))
+    return nullptr;
+  if (rank == coupler_ || rank_ == coupler_)
+    return end(rank == coupler_ ? rank_ : rank, &Pipes::from_coupler, &Pipes::to_coupler);
+  if (members_[rank].name != members_[rank_].name || (!is_root_of(rank, rank_) && !is_root_of(rank_, rank)))
+    return nullptr;
+  return end(is_root_of(rank, rank_) ? rank_ : rank, &Pipes::from_root, &Pipes::to_root);
+}
+
 std::string World::who_came() const {
   std::ostringstream text;
   for (std::size_t r = 0; r < members_.size(); ++r) {
@@ -120,6 +136,8 @@ std::string World::who_came() const {
 void World::finalize() {
   if (bells_)
     bells_->free();
+  if (pipes_)
+    pipes_->free();
   for (MPI_Comm *communicator : {&control_, &data_, &own_, &local_})
     if (*communicator != MPI_COMM_NULL)
       MPI_Comm_free(communicator);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/bus/doorbell.h"
+#include "common/bus/pipe.h"
 
 #include <mpi.h>
 #include <optional>
@@ -9,7 +10,7 @@
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 7; ///< everyone in a launch must speak the same
+constexpr int protocol_version = 8; ///< everyone in a launch must speak the same
 extern const char *const build_id;  ///< shown by --version and in the list of who came
 
 /// What every rank of the launch tells all others first.
@@ -38,6 +39,10 @@ class World {
   MPI_Comm local() const { return local_; }     ///< the participant's ranks: for the bus
 
   const Doorbells &bells() const { return *bells_; }
+  /// To and from a rank of the same node, between the coupler and everybody and between the first rank of a participant
+  /// and its others; null for all else.
+  Pipe *pipe_to(int rank) const { return pipe(rank, true); }
+  Pipe *pipe_from(int rank) const { return pipe(rank, false); }
 
   void finalize();                   ///< collective over the launch
   [[noreturn]] void abort(int code); ///< when somebody cannot be reached any more
@@ -45,8 +50,10 @@ class World {
  private:
   void gather_members(const Member &self);
   std::string objection() const;
+  Pipe *pipe(int rank, bool outwards) const;
 
   std::optional<Doorbells> bells_;
+  std::optional<NodeArray<Pipes>> pipes_;
   int rank_ = 0, coupler_ = -1;
   std::vector<Member> members_;
   MPI_Comm control_ = MPI_COMM_NULL, data_ = MPI_COMM_NULL, own_ = MPI_COMM_NULL, local_ = MPI_COMM_NULL;

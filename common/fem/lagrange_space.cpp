@@ -60,9 +60,33 @@ LagrangeSpace::~LagrangeSpace() = default;
 
 bool LagrangeSpace::is_root() const { return dealii::Utilities::MPI::this_mpi_process(communicator_) == 0; }
 
-/// Build serially, refine, flatten, partition, distribute: one path for hexahedra and tetrahedra.
-void LagrangeSpace::distribute(const geometry::Mesh &mesh, unsigned refinements) {
-  const unsigned per_cell = mesh.vertices_per_cell(), per_face = mesh.vertices_per_face();
+namespace {
+
+/// The labels of the mesh on the boundary of its triangulation: looked up by sorted vertices, so that no orientation rule
+/// matters.
+void label_boundary(const geometry::Mesh &mesh, dealii::Triangulation<3> &triangulation) {
+  std::map<std::vector<unsigned>, unsigned> label_of_face;
+  for (const auto &face : mesh.faces) {
+    std::vector<unsigned> key(face.vertices.begin(), face.vertices.begin() + mesh.vertices_per_face());
+    std::sort(key.begin(), key.end());
+    label_of_face[key] = face.label;
+  }
+  for (const auto &face : triangulation.active_face_iterators())
+    if (face->at_boundary()) {
+      std::vector<unsigned> key;
+      for (const unsigned v : face->vertex_indices())
+        key.push_back(face->vertex_index(v));
+      std::sort(key.begin(), key.end());
+      const auto found = label_of_face.find(key);
+      if (found == label_of_face.end())
+        throw Failure(ExitCode::scene, "the mesh has a boundary face without a label");
+      face->set_boundary_id(found->second + 1); // 0: what deal.II gives to the outside of the ghost cells
+    }
+}
+
+/// Built, refined, flattened: one path for hexahedra and tetrahedra.
+void make_triangulation(const geometry::Mesh &mesh, unsigned refinements, dealii::Triangulation<3> &flat) {
+  const unsigned per_cell = mesh.vertices_per_cell();
   std::vector<dealii::Point<3>> vertices;
   for (const auto &x : mesh.points)
     vertices.emplace_back(x[0], x[1], x[2]);
@@ -75,34 +99,43 @@ void LagrangeSpace::distribute(const geometry::Mesh &mesh, unsigned refinements)
   }
   if (mesh.kind == geometry::Mesh::CellKind::hexahedron)
     dealii::GridTools::consistently_order_cells(cells);
-
-  // The coarse serial mesh, and its labels: looked up by sorted vertices, so that no orientation rule matters.
   dealii::Triangulation<3> coarse;
   coarse.create_triangulation(vertices, cells, dealii::SubCellData());
-  std::map<std::vector<unsigned>, unsigned> label_of_face;
-  for (const auto &face : mesh.faces) {
-    std::vector<unsigned> key(face.vertices.begin(), face.vertices.begin() + per_face);
-    std::sort(key.begin(), key.end());
-    label_of_face[key] = face.label;
-  }
-  for (const auto &face : coarse.active_face_iterators())
-    if (face->at_boundary()) {
-      std::vector<unsigned> key;
-      for (const unsigned v : face->vertex_indices())
-        key.push_back(face->vertex_index(v));
-      std::sort(key.begin(), key.end());
-      const auto found = label_of_face.find(key);
-      if (found == label_of_face.end())
-        throw Failure(ExitCode::scene, "the mesh has a boundary face without a label");
-      face->set_boundary_id(found->second + 1); // 0: what deal.II gives to the outside of the ghost cells
-    }
+  label_boundary(mesh, coarse);
   coarse.refine_global(refinements);
-
-  dealii::Triangulation<3> flat;
   dealii::GridGenerator::flatten_triangulation(coarse, flat);
-  partition(flat, dealii::Utilities::MPI::n_mpi_processes(communicator_));
+}
+
+/// What is wrong with a mesh, seen by the first rank, ends all of them.
+void refuse_everywhere(const std::string &reason, MPI_Comm communicator) {
+  const std::string said = dealii::Utilities::MPI::broadcast(communicator, reason);
+  if (!said.empty())
+    throw Failure(ExitCode::scene, said);
+}
+
+} // namespace
+
+/// One rank alone holds the whole triangulation, partitions it and hands out the parts: memory of the others falls with
+/// their number.
+void LagrangeSpace::distribute(const geometry::Mesh &mesh, unsigned refinements) {
+  const int n_ranks = dealii::Utilities::MPI::n_mpi_processes(communicator_);
+  dealii::Triangulation<3> flat;
+  std::string reason;
+  if (is_root())
+    try {
+      make_triangulation(mesh, refinements, flat);
+      partition(flat, n_ranks);
+    } catch (const Failure &failure) {
+      reason = failure.what();
+    }
+  refuse_everywhere(reason, communicator_);
   discretisation_->triangulation.create_triangulation(
-      dealii::TriangulationDescription::Utilities::create_description_from_triangulation(flat, communicator_));
+      dealii::TriangulationDescription::Utilities::create_description_from_triangulation_in_groups<3, 3>(
+          [&flat](dealii::Triangulation<3> &whole) {
+            whole.copy_triangulation(flat);
+            flat.clear();
+          },
+          [](dealii::Triangulation<3> &, const MPI_Comm &, unsigned) {}, communicator_, n_ranks));
   n_global_cells_ = discretisation_->triangulation.n_global_active_cells();
 }
 

@@ -27,7 +27,7 @@ class Dummy : public bus::Solver {
     scene >> comment >> mischief_ >> who;
     MPI_Comm_rank(communicator_, &rank_);
     MPI_Comm_size(communicator_, &size_);
-    if (who != name_)
+    if (who != name_ && who != "all")
       mischief_ = "none";
     if (mischief_ == "fail_early" && rank_ == 0)
       throw Failure(ExitCode::file, "cannot read the mesh");
@@ -53,10 +53,14 @@ class Dummy : public bus::Solver {
     bus.scalar("prepared", "1", [this] { return prepared_; });
     bus.state("phase", {"filling", "ejection"}, [this] { return committed_ % 2; });
     const double unknown = std::numeric_limits<double>::quiet_NaN();
-    bus.scalar("lowest", "1", [this] { return -rank_; }, bus::Combine::min);
-    bus.scalar("highest", "1", [this] { return 10 + rank_; }, bus::Combine::max);
-    bus.scalar("unknown", "1", [this, unknown] { return rank_ == 0 ? 1. : unknown; }, bus::Combine::max);
-    bus.scalar("ranks", "1", [] { return 1; }, bus::Combine::sum);
+    bus.scalar(
+        "lowest", "1", [this] { return -rank_; }, bus::Combine::min);
+    bus.scalar(
+        "highest", "1", [this] { return 10 + rank_; }, bus::Combine::max);
+    bus.scalar(
+        "unknown", "1", [this, unknown] { return rank_ == 0 ? 1. : unknown; }, bus::Combine::max);
+    bus.scalar(
+        "ranks", "1", [] { return 1; }, bus::Combine::sum);
   }
 
   void prepare_step(const bus::Step &) override { ++prepared_; }
@@ -66,6 +70,8 @@ class Dummy : public bus::Solver {
       signal_[2 * i] = points_[3 * i] + step.number;
       signal_[2 * i + 1] = points_[3 * i + 1] + step.iteration;
     }
+    if (mischief_ == "chatter")
+      chatter();
     if (rank_ == size_ - 1)
       misbehave();
     else if (mischief_ == "fail_in_collective")
@@ -76,6 +82,7 @@ class Dummy : public bus::Solver {
 
   void commit_step(const bus::Step &) override { ++committed_; }
   void finish() override {
+    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
     if (rank_ == 0)
       std::printf("%s has finished after %d steps\n", name_.c_str(), committed_);
   }
@@ -92,6 +99,20 @@ class Dummy : public bus::Solver {
       std::raise(SIGSEGV);
   }
 
+  /// Fills the buffers of the transport, as solvers do: something large for each other rank, which takes it in the next
+  /// solve only.
+  void chatter() {
+    constexpr int size = 4000;
+    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+    words_.resize(size);
+    heard_.resize(std::size_t(size) * size_);
+    requests_.assign(2 * size_, MPI_REQUEST_NULL);
+    for (int r = 0; r < size_; ++r)
+      MPI_Isend(words_.data(), size, MPI_DOUBLE, r, 0, communicator_, &requests_[2 * r]);
+    for (int r = 0; r < size_; ++r)
+      MPI_Irecv(&heard_[std::size_t(r) * size], size, MPI_DOUBLE, r, 0, communicator_, &requests_[2 * r + 1]);
+  }
+
   /// The received values must be those of the sender at the same points.
   void check(const bus::Step &step) {
     for (std::size_t i = 0; i < points_.size() / 3; ++i)
@@ -103,7 +124,8 @@ class Dummy : public bus::Solver {
   MPI_Comm communicator_;
   std::string name_, mischief_ = "none";
   int rank_ = 0, size_ = 1, prepared_ = 0, committed_ = 0;
-  std::vector<double> points_, signal_, received_;
+  std::vector<double> points_, signal_, received_, words_, heard_; ///< the last two of chatter
+  std::vector<MPI_Request> requests_;
 };
 
 } // namespace

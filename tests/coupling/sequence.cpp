@@ -6,9 +6,11 @@
 #include "common/bus/failure.h"
 #include "common/io/recording.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <mpi.h>
 
 namespace {
 
@@ -82,11 +84,16 @@ int main(int argc, char **argv) {
     const Listener listener(bus, route, mischief == "record" ? file : "");
     const double cpu_before = ask(bus, "b").cpu_seconds;
     bus::Report a, b;
+    double longest = 0; // step [s]
     for (bus::Step step{1, 0, dt, dt}; step.number <= n_steps; step.time = ++step.number * dt) {
+      const double begin = MPI_Wtime();
       run_step(bus, route, step, mischief == "forget");
       a = bus.wait_report("a");
       b = bus.wait_report("b");
+      longest = std::max(longest, MPI_Wtime() - begin);
     }
+    std::printf("%g waits overslept, longest step %.1f ms\n", a.n_overslept + b.n_overslept + bus.n_overslept(),
+                1e3 * longest);
     std::printf("b received for %g s and used %g CPU s in all\n", b.times.commands.at("receive"),
                 b.cpu_seconds - cpu_before);
     if (!replay) {

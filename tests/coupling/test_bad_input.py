@@ -81,11 +81,6 @@ class BadInput(unittest.TestCase):
         self.expect(Launch([BIN / "coupler", "scene.yaml", "--launch-line"], self.folder.name), 2,
                     ["'participants.ep.program': there is no executable 'epsolver'; did you mean 'ep_solver'?"])
 
-    def test_more_ranks_than_cores_are_refused(self):
-        self.scene.write_text("scene: many\n")
-        self.expect(Launch([BIN / "coupler", "scene.yaml", "--launch-line", "--ranks", "9999"], self.folder.name), 2,
-                    ["9999 ranks, but this machine has"])
-
     def test_a_wrong_setting_is_named(self):
         self.scene.write_text("scene: settings\n")
         self.expect(Launch([BIN / "coupler", "scene.yaml", "--validate", "--set", "alhpa=1"], self.folder.name), 2,

@@ -16,12 +16,12 @@ ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROO
 class Run:
     """A launch: apps are lists of words; afterwards its exit code, texts and the time from the cause to the end."""
 
-    def __init__(self, *apps, during=None):
+    def __init__(self, *apps, during=None, variables=()):
         command = ["mpirun"]
         for app in apps:
             command += (["-n"] if len(command) == 1 else [":", "-n"]) + [str(word) for word in app]
         with tempfile.TemporaryFile("w+") as out:
-            process = subprocess.Popen(command, env=ENVIRONMENT, stdout=out, stderr=subprocess.PIPE, text=True)
+            process = subprocess.Popen(command, env={**ENVIRONMENT, **dict(variables)}, stdout=out, stderr=subprocess.PIPE, text=True)
             limit = threading.Timer(60, process.terminate)
             limit.start()
             if during:
@@ -44,8 +44,8 @@ def sequence(*words, steps=2, dt=0.1, deadline=10):
     return [1, SEQUENCE, steps, dt, deadline, *words]
 
 
-def pair(*words, a=1, b=1, **options):
-    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"])
+def pair(*words, a=1, b=1, variables=(), **options):
+    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], variables=variables)
 
 
 def left_over():
@@ -170,6 +170,26 @@ class Bus(unittest.TestCase):
         print(f"  2 ranks have waited {waited:.1f} s and used {cpu:.3f} CPU s", flush=True)
         self.assertGreater(waited, 5)
         self.assertLess(cpu / 2, 0.05 * waited)
+
+    def assert_nobody_oversleeps(self, run):
+        self.assertEqual(run.code, 0, run.err)
+        self.assertIn("coupler heard 60 transfers", run.out)
+        words = next(line for line in run.out.splitlines() if "overslept" in line)
+        print("  " + words, flush=True)
+        self.assertTrue(words.startswith("0 waits overslept"), words)
+
+    def test_no_ring_is_lost_by_twelve_ranks_each_that_fill_the_transport(self):
+        self.assert_nobody_oversleeps(pair("chatter", "all", a=12, b=12, steps=30))
+
+    def test_no_ring_is_lost_by_twenty_ranks_each_that_fill_the_transport(self):
+        self.assert_nobody_oversleeps(pair("chatter", "all", a=20, b=20, steps=30))
+
+    def test_no_ring_is_lost_by_a_transport_with_tiny_buffers(self):
+        tiny = {"OMPI_MCA_btl_vader_segment_size": "65536"}
+        self.assert_nobody_oversleeps(pair("chatter", "all", a=12, b=8, steps=30, variables=tiny))
+
+    def test_no_ring_is_lost_where_ranks_share_a_number_in_sets_of_63(self):
+        self.assert_nobody_oversleeps(pair(a=33, b=33, steps=30))
 
     def test_sigusr1_ends_no_participant(self):
         def send_signal(process):

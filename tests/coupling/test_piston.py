@@ -112,6 +112,19 @@ class Piston(unittest.TestCase):
         self.assertGreater(pressure, 0.9 * 500)
         self.assertLess(pressure, 500)
 
+    def test_loose_coupling_is_of_first_order_in_the_step(self):
+        # against iterations to the end, which are the monolithic scheme, with the same step
+        errors = []
+        for step in 0.4, 0.2, 0.1:
+            loose, whole = (self.pushed(f"time.step={step} ms", *settings) for settings in
+                            ([], ["scheme=E1FS", "iterations=50", "coupling.tolerance=1e-8", "acceleration=anderson"]))
+            errors.append([np.linalg.norm(loose[key] - whole[key]) / np.linalg.norm(whole[key])
+                           for key in ("volume [m^3]", "mean_pressure [Pa]")])
+        orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+        print("orders of volume and pressure", orders)
+        self.assertLess(abs(orders[:, 0] - 1).max(), 0.05)
+        self.assertLess(abs(orders[:, 1] - 1).max(), 0.15)
+
     def test_iterations_reduce_the_drift_as_the_impedance_says(self):
         # ILI_k/ILI_1 = 1 / sum_{j<k} (1-q)^{-j} with q = alpha/Z
         once = drift(self.pushed())

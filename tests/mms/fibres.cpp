@@ -100,6 +100,34 @@ TEST(Fibres, FormARightHandedHelixOnTheEndocardiumAndALeftHandedOneOnTheEpicardi
   EXPECT_GE(largest(epi), 0) << "no point near the epicardium was visited";
 }
 
+TEST(Fibres, DisperseEvenlyOnTheAxisAndNotAtAllAwayFromTheApex) {
+  geometry::Parameters fine;
+  fine.mesh = "M1";
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_solid(fine));
+  const fem::Fibres fibres(space, {});
+  // What a tension acts along, H = (1 - nu) f f + nu n n, against (I - s s) / 2, which has no direction in the wall.
+  double on_axis = -1, away = -1;
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    const Point3 f = column(fibres, slot, q, 0), s = column(fibres, slot, q, 1), n = column(fibres, slot, q, 2);
+    const double nu = fibres.dispersion(slot / n_lanes)[q][slot % n_lanes];
+    EXPECT_GE(nu, 0);
+    EXPECT_LE(nu, 0.5);
+    double difference = 0;
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned j = 0; j < 3; ++j)
+        difference = std::max(difference,
+                              std::abs((1 - nu) * f[i] * f[j] + nu * n[i] * n[j] - ((i == j) - s[i] * s[j]) / 2));
+    const double tilt = std::asin(std::min(1., std::hypot(s[0], s[1]))); // of the wall's normal, from the axis
+    if (tilt < M_PI / 18)
+      on_axis = std::max(on_axis, difference);
+    if (tilt > M_PI / 6)
+      away = std::max(away, nu);
+  });
+  EXPECT_GE(largest(on_axis), 0) << "no point near the axis was visited";
+  EXPECT_LT(largest(on_axis), 0.12); // x < 0.35 there, 1/2 - nu = x^2 (1 - x^2/2); 1/2 without dispersion
+  EXPECT_EQ(largest(away), 0);
+}
+
 TEST(Fibres, DoNotDependOnThePartition) {
   const fem::LagrangeSpace together(MPI_COMM_WORLD, ventricle()), alone(MPI_COMM_SELF, ventricle());
   const fem::Fibres fibres(together, {}), reference(alone, {});

@@ -41,6 +41,31 @@ TEST(Crew, RecognisesThoseWhoWaitForEachOther) {
             "its turn from mech: they wait for each other");
 }
 
+TEST(Crew, BlamesWhoDoesNotTakeWhatHasBeenSent) {
+  Crew crew;
+  const std::vector<RouteName> both{{"ep", "mech", "calcium"}, {"mech", "ep", "stretch"}};
+  crew.sent("ep", {{Kind::send, "", 0, step}, {Kind::receive, "", 1, step}});
+  crew.sent("mech", {{Kind::receive, "", 0, step}, {Kind::send, "", 1, step}});
+  crew.executed_one("ep");
+  const std::string chain = "; ep itself waits for 'stretch' from mech; ";
+  EXPECT_EQ(crew.why_late("ep", both), chain + "mech does not take 'calcium', which ep has sent: its rank 0 is stopped "
+                                               "or stuck");
+  EXPECT_EQ(crew.why_late("ep", both, "mech"), chain + "rank 0 of ep has sent 'calcium' to mech: its ranks that are "
+                                                       "missing are stopped or stuck");
+  EXPECT_EQ(crew.step(), 3);
+  crew.executed_one("mech");
+  EXPECT_EQ(crew.why_late("ep", both), chain + "mech is busy with send, step 3, iteration 0");
+}
+
+TEST(Crew, BlamesWhoDoesNotTakeItsTurn) {
+  Crew crew;
+  crew.sent("mech", {{Kind::pass_turn, "ep", -1, step}, {Kind::receive, "", 0, step}});
+  crew.sent("ep", {{Kind::take_turn, "mech", -1, step}});
+  crew.executed_one("mech");
+  EXPECT_EQ(crew.why_late("ep", routes), "; ep does not take its turn, which mech has sent: its rank 0 is stopped or "
+                                         "stuck");
+}
+
 TEST(Crew, IsLateWithACommandButNotWithAWait) {
   Crew crew;
   crew.sent("mech", {{Kind::receive, "", 0, step}, {Kind::solve, "", -1, step}});

@@ -1,0 +1,47 @@
+#include "common/bus/node_array.h"
+
+#include <cstdlib>
+
+namespace heartbus::bus {
+namespace {
+
+/// A test may pretend that one machine is several nodes.
+int pretended_node() {
+  const char *node = std::getenv("HEARTBUS_NODE");
+  return node ? std::abs(std::atoi(node)) : 0;
+}
+
+} // namespace
+
+NodeMemory::NodeMemory(MPI_Comm everybody, std::size_t bytes) {
+  int size;
+  MPI_Comm_rank(everybody, &rank_);
+  MPI_Comm_size(everybody, &size);
+  MPI_Comm machine;
+  MPI_Comm_split_type(everybody, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
+  MPI_Comm_split(machine, pretended_node(), rank_, &node_);
+  MPI_Comm_free(&machine);
+  void *memory;
+  MPI_Win_allocate_shared(static_cast<MPI_Aint>(bytes), 1, MPI_INFO_NULL, node_, &memory, &window_);
+
+  MPI_Group all, near;
+  MPI_Comm_group(everybody, &all);
+  MPI_Comm_group(node_, &near);
+  parts_.resize(size);
+  for (int r = 0; r < size; ++r) {
+    int neighbour, unit;
+    MPI_Aint length;
+    MPI_Group_translate_ranks(all, 1, &r, near, &neighbour);
+    if (neighbour != MPI_UNDEFINED)
+      MPI_Win_shared_query(window_, neighbour, &length, &unit, &parts_[r]);
+  }
+  MPI_Group_free(&near);
+  MPI_Group_free(&all);
+}
+
+void NodeMemory::free() {
+  MPI_Win_free(&window_);
+  MPI_Comm_free(&node_);
+}
+
+} // namespace heartbus::bus

@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""Runs a scene, and sees to it that it ends. `./run` calls this when all is built.
+
+    tools/launch.py [SCENE] [options of the coupler] [--hosts FILE] [--oversubscribe] [--placement shared|spread]
+                    [--print mpirun|slurm]
+"""
+import argparse
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from launching import leftovers, mpirun, nodes as hosts, script
+from launching.plan import ask_coupler, quoted
+from launching.watch import FILE, Watch
+
+ROOT = Path(__file__).resolve().parents[1]
+BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
+SCENE = 2  # exit code
+
+
+def parse(words):
+    """(options of the launch, all others: they are the coupler's)."""
+    parser = argparse.ArgumentParser(prog="./run", add_help=False, allow_abbrev=False)
+    parser.add_argument("--hosts", metavar="FILE", help="nodes to run on, a line each: 'node7 slots=16'")
+    parser.add_argument("--oversubscribe", action="store_true", help="more ranks than cores are meant")
+    parser.add_argument("--placement", choices=["shared", "spread"], default="shared",
+                        help="on several nodes: each participant on all of them, or on nodes of its own")
+    parser.add_argument("--print", dest="printed", choices=["mpirun", "slurm"],
+                        help="prints the launch line, or a job script, and does not run")
+    parser.add_argument("--nodes", type=int, help="of the job script; default: as many as the ranks need")
+    parser.add_argument("--cores", type=int, help="of each node of the job script; default: of this machine")
+    parser.add_argument("-h", "--help", action="store_true", help=argparse.SUPPRESS)
+    options, others = parser.parse_known_args(words)
+    if options.help:
+        subprocess.run([BIN / "coupler", "--help"], check=False)
+        print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
+        sys.exit(0)
+    return options, others
+
+
+def environment(plan, nodes, folders):
+    return {**mpirun.variables(plan, nodes), **(folders.variables() if folders else {}), **os.environ}
+
+
+def launch(plan, nodes, placed):
+    """On this machine alone the launch has folders of its own for what Open MPI leaves."""
+    cleared = leftovers.clear_dead()
+    if cleared:
+        print(f"Cleared {cleared / 2**20:.1f} MiB that a run which died has left")
+    folders = None if nodes else leftovers.Folders()
+    try:
+        words = mpirun.arguments(plan, nodes, placed)
+        print("mpirun", quoted(words), flush=True)
+        return Watch(plan, ["mpirun", *words], environment(plan, nodes, folders)).run()
+    except OSError as error:
+        print(f"error: {error.filename or plan.folder}: {error.strerror}", file=sys.stderr)
+        return FILE
+    finally:
+        if folders:
+            folders.remove()
+
+
+def main():
+    options, others = parse(sys.argv[1:])
+    plan = ask_coupler(BIN / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
+    if isinstance(plan, int):
+        return plan
+    if options.printed == "slurm":
+        print(script.slurm(plan, options.placement, options.nodes, options.cores or hosts.own_cores()), end="")
+        return 0
+    try:
+        nodes = hosts.find_nodes(options.hosts)
+        hosts.check_room(plan, nodes, options.oversubscribe)
+    except hosts.Refusal as refusal:
+        print(f"error: {refusal}", file=sys.stderr)
+        return SCENE
+    placed = hosts.place(plan, nodes, options.placement) if nodes else None
+    if options.printed == "mpirun":
+        print(script.line(plan, nodes, placed))
+        return 0
+    code = launch(plan, nodes, placed)
+    if code == 0:
+        if subprocess.run([sys.executable, ROOT / "tools/report.py", plan.folder], check=False).returncode != 0:
+            print("No plots: tools/report.py failed", file=sys.stderr)
+        print(f"Results in {plan.folder}")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
