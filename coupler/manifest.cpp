@@ -18,6 +18,7 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr const char *file_name = "manifest.json";
+constexpr int format = 1; ///< of the whole set; goes up when states of before cannot be read any more
 
 /// 64-bit FNV-1a (Fowler, Noll, Vo): finds every damage but an intended one.
 class Checksum {
@@ -98,6 +99,9 @@ auto heeding_damage(const std::string &set, const Action &action) {
 }
 
 Manifest manifest_of(const std::string &set, const ordered_json &json) {
+  if (const auto saved = json.value("format", format); saved != format)
+    refuse_set(set, "is of format " + std::to_string(saved) + ", this version of the program reads format " +
+                        std::to_string(format));
   const Manifest manifest{json.at("step").get<int>(), json.at("time").get<double>(), json.at("step_size").get<double>(),
                           json.at("model").get<std::map<std::string, std::string>>()};
   if (manifest.step < 0 || !std::isfinite(manifest.time) || !(manifest.step_size > 0))
@@ -124,7 +128,8 @@ void write_manifest(const std::string &folder, const Manifest &manifest) {
   std::error_code error;
   for (const auto &entry : fs::directory_iterator(folder, error))
     files[entry.path().filename()] = {{"bytes", entry.file_size(error)}, {"checksum", checksum_of_file(entry.path())}};
-  const ordered_json json{{"step", manifest.step},
+  const ordered_json json{{"format", format},
+                          {"step", manifest.step},
                           {"time", manifest.time},
                           {"step_size", manifest.step_size},
                           {"model", manifest.model},
@@ -143,9 +148,10 @@ Manifest read_manifest(const std::string &folder) {
 Manifest verify_set(const std::string &folder) {
   return heeding_damage(folder, [&] {
     const ordered_json json = parsed(folder);
+    Manifest manifest = manifest_of(folder, json);
     for (const auto &[name, expected] : json.at("files").items())
       check_file(folder, name, expected);
-    return manifest_of(folder, json);
+    return manifest;
   });
 }
 

@@ -143,7 +143,7 @@ void EPSolver::visit(io::State &state) {
   state.field("potential_before", 1, n_.v_before.begin());
   state.number("substep", n_.dt_before);
   state.number("longest_substep", n_.longest);
-  state.field("activation_time", 1, n_.activation.data());
+  state.partial_field("activation_time", 1, n_.activation.data());
   const unsigned n_kept = model_->n_kept();
   std::vector<double> ionic(space_.n_owned_nodes() * n_kept); // [node][what is kept]
   const auto in_blocks = [&](std::size_t k) -> double & {

@@ -1,5 +1,9 @@
 #include "ep_solver/monodomain_problem.h"
 
+#include "common/bus/failure.h"
+
+#include <cmath>
+
 namespace heartbus::ep {
 
 using fem::Lanes;
@@ -59,6 +63,8 @@ fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem
   const double wanted = tolerance_ * std::sqrt(squares[0]);
   fem::LinearStatistics statistics;
   statistics.residual = statistics.initial_residual = std::sqrt(squares[1]);
+  if (!std::isfinite(statistics.residual) || !std::isfinite(wanted))
+    throw Failure(ExitCode::not_finite, "monodomain equation: the potential or the ionic current is not finite");
   while (statistics.residual > wanted) {
     const double reduction = wanted / statistics.residual;
     const auto correction = correct(v, std::max(reduction, what_rounding_allows));

@@ -30,6 +30,7 @@ World::World(int &argc, char **&argv, const Member &self) {
   // The launcher forwards SIGUSR1 to every rank, and by default it ends a process.
   if (!self.coupler)
     std::signal(SIGUSR1, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN); // a file beyond the user's limit is for its writer to report, as a full disk is
   keep_messages_whole();
   int provided;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);

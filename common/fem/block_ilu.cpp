@@ -2,6 +2,9 @@
 
 #include "common/bus/failure.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace heartbus::fem {
 
 BlockILU::BlockILU(const RoundedMatrix &matrix)
@@ -11,8 +14,12 @@ BlockILU::BlockILU(const RoundedMatrix &matrix)
   const std::vector<float> ghost_blocks = pattern_->ghost_blocks(matrix);
   const BlockRows rows{pattern_->n_ghosts,       pattern_->begin.data(), pattern_->columns.data(),
                        pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
-  if (!factorise_blocks(rows, factors(), factors_.data()))
-    throw Failure(ExitCode::not_converged, "the incomplete factorisation met a zero pivot");
+  if (factorise_blocks(rows, factors(), factors_.data()))
+    return;
+  const std::size_t n_values = matrix.pattern().row_begin()[matrix.pattern().n_rows()];
+  if (!std::all_of(matrix.values(), matrix.values() + n_values, [](float x) { return std::isfinite(x); }))
+    throw Failure(ExitCode::not_finite, "the matrix of a linear system is not finite");
+  throw Failure(ExitCode::not_converged, "the incomplete factorisation met a zero pivot");
 }
 
 void BlockILU::vmult(Vector &y, const Vector &x) const {

@@ -37,7 +37,7 @@ std::string read_text(hid_t object, const std::string &name) {
   return text.c_str();
 }
 
-/// A table that grows by rows, one row a chunk.
+/// A table that grows by rows, one row a chunk, each with a checksum.
 template <std::size_t rank>
 Hdf5Object create_table(hid_t file, const std::string &name, hid_t type, std::array<hsize_t, rank> row) {
   std::array<hsize_t, rank> limit = row, none = row;
@@ -46,6 +46,7 @@ Hdf5Object create_table(hid_t file, const std::string &name, hid_t type, std::ar
   const Hdf5Object space(H5Screate_simple(rank, none.data(), limit.data()), H5Sclose, "describe " + name);
   const Hdf5Object properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "describe the chunks of " + name);
   require(H5Pset_chunk(properties, rank, row.data()), "set the chunks of " + name);
+  require(H5Pset_fletcher32(properties), "set the checksums of " + name);
   return {H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose,
           "create " + name};
 }
@@ -260,7 +261,8 @@ std::vector<double> RecordingReader::values(std::size_t transfer) const {
   const Hdf5Object space(H5Dget_space(from.table), H5Sclose, "read the extent of a recording");
   require(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr), "select a row");
   const Hdf5Object memory(H5Screate_simple(3, count.data(), nullptr), H5Sclose, "describe a row");
-  require(H5Dread(from.table, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), "read a recording");
+  require(H5Dread(from.table, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()),
+          "read the recording " + from.file_name + " at t = " + std::to_string(times()[transfer]) + " s (damaged?)");
   for (std::size_t k = 0; k < values.size(); ++k)
     if (!std::isfinite(values[k]))
       refuse("holds " + std::to_string(values[k]) + " at point " + std::to_string(k / from.size[2]) + ", t = " +

@@ -22,6 +22,9 @@ class State {
   virtual void points(const std::string &name, const std::vector<double> &coordinates, double spacing) = 0;
   /// `components` interleaved values a point.
   virtual void field(const std::string &name, unsigned components, double *values) = 0;
+  /// NaN where there is no value yet. All other fields must be finite: what is not is neither saved nor loaded,
+  /// Failure(not_finite).
+  virtual void partial_field(const std::string &name, unsigned components, double *values) = 0;
   /// The same on all ranks.
   virtual void number(const std::string &name, double &value) = 0;
 };

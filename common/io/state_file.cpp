@@ -4,6 +4,7 @@
 #include "common/mapping/conforming_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -63,6 +64,20 @@ class StateFile : public State {
 
   std::string in_file() const { return " in the state " + file_name_; }
 
+  void require_finite(const std::string &name, const std::vector<double> &values, unsigned columns) const {
+    const auto odd = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
+    if (odd != values.end())
+      throw Failure(ExitCode::not_finite, name + in_file() + " is " + std::to_string(*odd) + " at point " +
+                                              std::to_string((odd - values.begin()) / columns) +
+                                              ", where a finite number must be");
+  }
+
+  /// A time that has not come may be infinite.
+  void require_known(const std::string &name, double value) const {
+    if (std::isnan(value))
+      throw Failure(ExitCode::not_finite, name + in_file() + " is not a number");
+  }
+
   MPI_Comm communicator_;
   const std::string file_name_;
   int rank_ = 0, size_ = 1, n_rows_ = 0, total_ = 0;
@@ -96,13 +111,20 @@ class Writer : public StateFile {
       const Hdf5Object group(H5Gcreate2(*file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
                              "create " + name + in_file() + " (disk full?)");
     });
-    write("points", 3, coordinates.data());
+    write("points", 3, coordinates.data(), true);
   }
 
-  void field(const std::string &name, unsigned components, double *values) override { write(name, components, values); }
+  void field(const std::string &name, unsigned components, double *values) override {
+    write(name, components, values, true);
+  }
+
+  void partial_field(const std::string &name, unsigned components, double *values) override {
+    write(name, components, values, false);
+  }
 
   void number(const std::string &name, double &value) override {
     on_root([&] {
+      require_known(name, value);
       const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose, "describe " + name);
       const Hdf5Object attribute(H5Acreate2(*file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT),
                                  H5Aclose, "create " + name + in_file() + " (disk full?)");
@@ -115,9 +137,11 @@ class Writer : public StateFile {
   }
 
  private:
-  void write(const std::string &name, unsigned columns, const double *values) const {
+  void write(const std::string &name, unsigned columns, const double *values, bool all_finite) const {
     const std::vector<double> all = gather(columns, values);
     on_root([&] {
+      if (all_finite)
+        require_finite(set_ + "/" + name, all, columns);
       const hsize_t extent[2] = {hsize_t(total_), columns};
       const std::string path = set_ + "/" + name;
       const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe " + path);
@@ -144,6 +168,7 @@ class Reader : public StateFile {
     const std::vector<double> here = gather(3, coordinates.data());
     on_root([&] {
       const std::vector<double> saved = read("points", 3);
+      require_finite(name + "/points", saved, 3);
       source_ =
           mapping::match_points({"the state's " + name, {saved}, spacing}, {"this mesh's " + name, {here}, spacing});
       if (saved.size() != here.size())
@@ -154,24 +179,35 @@ class Reader : public StateFile {
   }
 
   void field(const std::string &name, unsigned components, double *values) override {
-    std::vector<double> sorted;
-    on_root([&] {
-      const std::vector<double> saved = read(name, components);
-      for (const std::size_t row : source_)
-        sorted.insert(sorted.end(), &saved[row * components], &saved[row * components] + components);
-    });
-    scatter(components, sorted, values);
+    load(name, components, values, true);
+  }
+
+  void partial_field(const std::string &name, unsigned components, double *values) override {
+    load(name, components, values, false);
   }
 
   void number(const std::string &name, double &value) override {
     on_root([&] {
       const Hdf5Object attribute(H5Aopen(*file_, name.c_str(), H5P_DEFAULT), H5Aclose, "find " + name + in_file());
       require(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), "read " + name + in_file());
+      require_known(name, value);
     });
     MPI_Bcast(&value, 1, MPI_DOUBLE, 0, communicator_);
   }
 
  private:
+  void load(const std::string &name, unsigned components, double *values, bool all_finite) {
+    std::vector<double> sorted;
+    on_root([&] {
+      const std::vector<double> saved = read(name, components);
+      if (all_finite)
+        require_finite(set_ + "/" + name, saved, components);
+      for (const std::size_t row : source_)
+        sorted.insert(sorted.end(), &saved[row * components], &saved[row * components] + components);
+    });
+    scatter(components, sorted, values);
+  }
+
   std::vector<double> read(const std::string &name, unsigned columns) const {
     const std::string path = set_ + "/" + name;
     const Hdf5Object table(H5Dopen2(*file_, path.c_str(), H5P_DEFAULT), H5Dclose,

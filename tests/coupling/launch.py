@@ -38,6 +38,27 @@ def has_mark(environ, mark):
         return False
 
 
+def children(launcher):
+    """{rank: pid} of the ranks of a launch."""
+    found = {}
+    for environ in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            words = dict(word.split(b"=", 1) for word in environ.read_bytes().split(b"\0") if b"=" in word)
+        except OSError:
+            continue
+        if b"OMPI_COMM_WORLD_RANK" in words and words.get(b"HEARTBUS_PULSE", b"").endswith(b"-%d" % launcher.pid):
+            found[int(words[b"OMPI_COMM_WORLD_RANK"])] = int(environ.parent.name)
+    return found
+
+
+def wait_for(condition, seconds=60, pause=0.05):
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise TimeoutError("this has not come about")
+        time.sleep(pause)
+
+
 def launch_words(scene, folder, *coupler_arguments):
     line = subprocess.run([BIN / "coupler", scene, "--launch-line", *coupler_arguments], cwd=folder, check=True,
                           stdout=subprocess.PIPE, text=True).stdout

@@ -11,7 +11,7 @@ import time
 import unittest
 from pathlib import Path
 
-from launch import BIN, SOURCE, Launch
+from launch import BIN, SOURCE, Launch, children, wait_for
 
 LAUNCH = [sys.executable, SOURCE / "tools/launch.py"]
 HOST = socket.gethostname()
@@ -25,27 +25,6 @@ electrophysiology: {refinements: 1}
 output: {every: 0 ms}
 """
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
-
-
-def children(launcher):
-    """{rank: pid} of the ranks of a launch."""
-    found = {}
-    for environ in Path("/proc").glob("[0-9]*/environ"):
-        try:
-            words = dict(word.split(b"=", 1) for word in environ.read_bytes().split(b"\0") if b"=" in word)
-        except OSError:
-            continue
-        if b"OMPI_COMM_WORLD_RANK" in words and words.get(b"HEARTBUS_PULSE", b"").endswith(b"-%d" % launcher.pid):
-            found[int(words[b"OMPI_COMM_WORLD_RANK"])] = int(environ.parent.name)
-    return found
-
-
-def wait_for(condition, seconds=60):
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise TimeoutError("this has not come about")
-        time.sleep(0.05)
 
 
 def mpirun_of(launcher):
