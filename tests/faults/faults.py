@@ -115,7 +115,7 @@ def without_values(recording):
 
 def of_another_field(recording):
     with h5py.File(recording, "r+") as file:
-        file["points"].attrs["field"] = np.bytes_("blood_force")
+        file["points"].attrs["field"] = np.bytes_("potential")
 
 
 def foreign(trial):

@@ -72,7 +72,7 @@ class Trial:
         rows = round(8 / STEP) + 6
 
         def is_under_way():
-            return history.exists() and history.read_text().count("\n") > rows and len(list(self.sets.glob("0000??"))) > 2
+            return history.exists() and history.read_text().count("\n") > rows and len(list(self.sets.glob("??????"))) > 2
 
         def during(launcher):
             wait_for(is_under_way, 90)
