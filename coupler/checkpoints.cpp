@@ -177,7 +177,7 @@ std::string Checkpoints::open(const bus::Step &step) const {
     move_into(results_ + "/checkpoints.old", folder);
   fs::remove_all(folder, error);
   if (!fs::create_directories(folder, error))
-    throw Failure(ExitCode::file, folder.string() + ": this folder cannot be made: " + error.message());
+    throw Failure(ExitCode::file, folder.string() + ": this folder cannot be made (disk full?): " + error.message());
   return folder;
 }
 

@@ -50,7 +50,7 @@ void HistoryFile::write(const History &history, const std::vector<double> &row) 
     file_ << (c == 0 ? "" : ",") << shown(history.columns[c], row[c]);
   file_ << std::endl;
   if (!file_)
-    throw Failure(ExitCode::file, file_name_ + ": cannot be written");
+    throw Failure(ExitCode::file, file_name_ + ": cannot be written (disk full?)");
 }
 
 namespace {

@@ -45,7 +45,7 @@ void write_file(const std::string &name, const std::string &text) {
   std::ofstream file(name);
   file << text;
   if (!file.flush())
-    throw Failure(ExitCode::file, name + ": cannot be written");
+    throw Failure(ExitCode::file, name + ": cannot be written (disk full?)");
 }
 
 rusage own_usage() {

@@ -20,7 +20,7 @@ void write_table(hid_t group, const std::string &name, hid_t type, hsize_t rows,
   const hsize_t extent[2] = {rows, columns};
   const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe the table " + name);
   const Hdf5Object table(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-                     "create the table " + name);
+                     "create the table " + name + " (disk full?)");
   require(H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "write the table " + name + " (disk full?)");
 }
 
@@ -185,7 +185,7 @@ struct FieldWriter::Implementation {
   /// A part of the series, aside.
   void open(const std::string &part_name) {
     part = parts + "/" + part_name;
-    file = std::make_unique<Hdf5Object>(create_file(folder + part + ".tmp", "create " + folder + part));
+    file = std::make_unique<Hdf5Object>(create_file(folder + part + ".tmp", "create " + folder + part + " (disk full?)"));
   }
 
   void close() {
@@ -239,7 +239,7 @@ struct FieldWriter::Implementation {
   /// A reader sees either the series before or the one after, never half of one.
   void show() const {
     const std::string series = folder + name + ".h5";
-    Hdf5Object links = create_file(series + ".tmp", "create " + series);
+    Hdf5Object links = create_file(series + ".tmp", "create " + series + " (disk full?)");
     const auto link = [&](const std::string &to, const std::string &as) {
       require(H5Lcreate_external(to.c_str(), "/", links, as.c_str(), H5P_DEFAULT, H5P_DEFAULT), "write " + series);
     };

@@ -53,7 +53,7 @@ Hdf5Object create_table(hid_t file, const std::string &name, hid_t type, std::ar
 template <std::size_t rank>
 void append_row(hid_t table, hid_t type, hsize_t n_rows, std::array<hsize_t, rank> row, const void *data) {
   row[0] = n_rows + 1;
-  require(H5Dset_extent(table, row.data()), "extend a recording");
+  require(H5Dset_extent(table, row.data()), "extend a recording (disk full?)");
   std::array<hsize_t, rank> start{};
   start[0] = n_rows;
   row[0] = 1;
@@ -123,7 +123,7 @@ struct RecordingWriter::Implementation {
     const Hdf5Object points(H5Dcreate2(file, "points", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
                             H5Dclose, "create points");
     require(H5Dwrite(points, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, field.coordinates.data()),
-            "write points");
+            "write points (disk full?)");
     write_text(points, "field", field.name);
     write_text(points, "unit", field.unit);
   }

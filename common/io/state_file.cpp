@@ -85,7 +85,7 @@ class Writer : public StateFile {
  public:
   Writer(MPI_Comm communicator, const std::string &file_name) : StateFile(communicator, file_name) {
     on_root([&] {
-      file_.emplace(create_file(file_name, "create the state " + file_name));
+      file_.emplace(create_file(file_name, "create the state " + file_name + " (disk full?)"));
     });
   }
 
@@ -94,7 +94,7 @@ class Writer : public StateFile {
     set_ = name;
     on_root([&] {
       const Hdf5Object group(H5Gcreate2(*file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
-                             "create " + name + in_file());
+                             "create " + name + in_file() + " (disk full?)");
     });
     write("points", 3, coordinates.data());
   }
@@ -105,8 +105,8 @@ class Writer : public StateFile {
     on_root([&] {
       const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose, "describe " + name);
       const Hdf5Object attribute(H5Acreate2(*file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT),
-                                 H5Aclose, "create " + name + in_file());
-      require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write " + name + in_file());
+                                 H5Aclose, "create " + name + in_file() + " (disk full?)");
+      require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), "write " + name + in_file() + " (disk full?)");
     });
   }
 
@@ -123,7 +123,7 @@ class Writer : public StateFile {
       const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe " + path);
       const Hdf5Object table(
           H5Dcreate2(*file_, path.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-          "create " + path + in_file());
+          "create " + path + in_file() + " (disk full?)");
       require(H5Dwrite(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()),
               "write " + path + in_file() + " (disk full?)");
     });
