@@ -97,7 +97,7 @@ class Tube(unittest.TestCase):
     def test_an_inlet_that_is_not_there_is_refused(self):
         run = Run("pulse.yaml", "fluid.inlet.label=inlett")
         self.assertEqual(run.code, 2)
-        self.assertRegex(run.output, "no boundary label 'inlett'; it has .*inlet.*outlet")
+        self.assertRegex(run.output, r"no boundary label 'inlett'; did you mean 'inlet'\? It has .*inlet.*outlet")
 
 
 if __name__ == "__main__":
