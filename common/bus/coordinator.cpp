@@ -96,6 +96,7 @@ std::string Coordinator::Implementation::who(int world_rank) const {
 
 void Coordinator::Implementation::poll() {
   mail.all_sent();
+  mail.make_progress();
   open_letters();
   take_recordings();
   pulse.beat(stage, crew.step());

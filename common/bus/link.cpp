@@ -30,6 +30,7 @@ bool Link::is_sending() {
 
 void Link::poll() {
   mail_.all_sent();
+  mail_.make_progress();
   if (world_.bells().reach(world_.coupler())) {
     if (const std::uint32_t order = world_.bells().counters(world_.rank()).leave)
       throw LeaveOrder{static_cast<int>(order) - 1};

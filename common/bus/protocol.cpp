@@ -183,6 +183,11 @@ std::optional<Letter> Mailbox::receive_by_mpi(int rank, int tag) {
   return Letter{status.MPI_SOURCE, status.MPI_TAG, std::move(bytes)};
 }
 
+void Mailbox::make_progress() const {
+  int arrived;
+  MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, world_.data(), &arrived, MPI_STATUS_IGNORE);
+}
+
 bool Mailbox::all_sent() {
   bool all = true;
   for (auto &[rank, pipe] : writers_)

@@ -94,6 +94,8 @@ class Mailbox {
 
   std::optional<Letter> receive(int rank, int tag); ///< rank may be MPI_ANY_SOURCE, tag MPI_ANY_TAG
   bool all_sent();                                  ///< lets messages progress and frees those that have left
+  /// Lets MPI take in what solvers have sent to this rank: who sleeps with it unread keeps their buffers from them.
+  void make_progress() const;
 
  private:
   struct Outbound {

@@ -23,8 +23,10 @@ class Memory(unittest.TestCase):
         """Appends (step, {program: KiB}) while the run goes on."""
 
         def watch(process):
-            mark = next(v for v in Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
-                        if v.startswith(b"HEARTBUS_TEST_MARK=")).decode()
+            mark = None
+            while mark is None and process.poll() is None:  # at first the process still has this one's environment
+                mark = next((v.decode() for v in Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
+                             if v.startswith(b"HEARTBUS_TEST_MARK=")), None)
             step = 0
             while process.poll() is None and step < LAST:
                 step = history.read_text().count("\n") - 2 if history.exists() else 0

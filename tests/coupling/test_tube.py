@@ -1,13 +1,14 @@
 """The pressure pulse in an elastic tube: its speed, and who is stable where blood is as heavy as the wall it moves."""
 import csv
 import math
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 
 import h5py
 import numpy as np
-from launch import SOURCE, run_scene
+from launch import BIN, SOURCE, run_scene
 
 SCENES = SOURCE / "configs/benchmarks/tube"
 LENGTH, RADIUS, OUTER, MODULUS, POISSON, BLOOD = 50e-3, 5e-3, 6e-3, 3e5, 0.3, 1000.0
@@ -25,6 +26,10 @@ class Run:
     def __init__(self, scene, *settings):
         arguments = [word for setting in settings for word in ("--set", setting)]
         with tempfile.TemporaryDirectory() as folder:
+            check = subprocess.run([BIN / "coupler", SCENES / scene, "--validate", *arguments], capture_output=True, text=True)
+            if check.returncode:
+                self.code, self.output = check.returncode, check.stderr
+                return
             launch = run_scene(SCENES / scene, folder, "--out", "out", *arguments)
             self.code, self.output = launch.code, launch.output
             if self.code == 0:
@@ -92,7 +97,7 @@ class Tube(unittest.TestCase):
     def test_an_inlet_that_is_not_there_is_refused(self):
         run = Run("pulse.yaml", "fluid.inlet.label=inlett")
         self.assertEqual(run.code, 2)
-        self.assertRegex(run.output, "no boundary label 'inlett'; it has .*inlet.*outlet")
+        self.assertRegex(run.output, r"no boundary label 'inlett'; did you mean 'inlet'\? It has .*inlet.*outlet")
 
 
 if __name__ == "__main__":

@@ -30,11 +30,8 @@ FINER = {
 
 def activation(folder, point):
     """Activation time [ms] of the node at a point [mm]."""
-    datasets = []
     with h5py.File(Path(folder) / "fields/activation.h5") as file:
-        file.visititems(lambda name, item: datasets.append((name, item[()])) if isinstance(item, h5py.Dataset) else None)
-    points = next(values for _, values in datasets if values.ndim == 2 and values.shape[1] == 3 and values.dtype.kind == "f")
-    times = next(values for name, values in datasets if "activation_time" in name).ravel()
+        points, times = file["mesh/points"][:], file["000000/activation_time"][:].ravel()
     return 1e3 * times[np.argmin(np.sum((1e3 * points - point) ** 2, axis=1))]
 
 

@@ -64,6 +64,7 @@ class Watch:
         self.messages = Messages()
         self.cause = None          # (exit code, line): why the launcher itself ends the run
         self.n_requests = 0        # to stop
+        self.at_once = False       # a request ended the run before it could save
         self.seen_pending = False  # a signal that waits at mpirun
         self.stopped = []          # when last somebody was
 
@@ -84,6 +85,7 @@ class Watch:
                                         errors="replace", start_new_session=True, preexec_fn=with_launcher_only,
                                         env={**self.environment, "HEARTBUS_PULSE": str(self.pulse.file)})
         if self.n_requests:  # came meanwhile
+            self.at_once = True
             self.end()
         self.begin = time.monotonic()
         self.ranks = Ranks(self.process.pid)
@@ -108,6 +110,7 @@ class Watch:
         if self.n_requests > 1 or self.pulse.stage == "starting":
             if self.n_requests == 1:
                 show("Stopped before the first step\n")
+            self.at_once = True
             self.end()
         elif self.pulse.stage != "ending":
             show("Stopping within 20 steps, with a checkpoint; once more: at once\n")
@@ -174,6 +177,12 @@ class Watch:
     def spans_nodes(self):
         return "--host" in self.command
 
+    def other_nodes(self):
+        """Those but this one."""
+        lists = [self.command[k + 1] for k, word in enumerate(self.command) if word == "--host"]
+        names = {entry.split(":")[0] for entry in ",".join(lists).split(",") if entry}
+        return sorted(names - {socket.gethostname()})
+
     def look_for_silence(self):
         """Those who have met look after each other; the coupler, who leads them, is looked after here, and all before they
         have met and after they have parted."""
@@ -194,7 +203,7 @@ class Watch:
         if self.cause:
             code, line = self.cause
             show(f"heartbus: {line}\n")
-        elif self.n_requests > 1 or (self.n_requests and self.pulse.stage == "starting"):
+        elif self.at_once or (self.n_requests and self.pulse.stage == "starting"):
             code = 128 + (self.number or signal.SIGTERM)
         elif code and not messages.has_cause:
             show(f"heartbus: {self.silent_end(code)}; {step}\n")
@@ -222,7 +231,7 @@ class Watch:
         if messages.no_daemon:
             if self.pulse.stage == "starting":
                 show(messages.no_daemon)
-            return "a node cannot be reached, or mpirun's daemon there has ended"
+            return f"a node cannot be reached, or mpirun's daemon there has ended: {', '.join(self.other_nodes())}"
         if messages.exited:
             rank, code = messages.exited
             return f"{self.plan.who(rank)} ended with exit code {code} and without a word"
