@@ -10,7 +10,7 @@ def one_kind(mesh):
     """The kind of the cells; Refusal when there are none, or several."""
     kinds = [kind for kind in mesh.cells if len(mesh.cells[kind])]
     if not kinds:
-        raise Refusal(f"{mesh.source}: has no cells that fill a volume (tetrahedra or hexahedra), only surfaces")
+        raise Refusal(f"{mesh.source}: has no cells that fill a volume (tetrahedra or hexahedra): is it a surface, or truncated?")
     if len(kinds) > 1 or kinds[0] in OTHERS:
         rare = min(kinds, key=lambda kind: len(mesh.cells[kind]))
         centre = mesh.points[mesh.cells[rare][0]].mean(axis=0)

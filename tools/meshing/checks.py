@@ -74,7 +74,25 @@ def check_interfaces(solid, fluid):
         raise Refusal(f"the interfaces share nodes, but not faces: {len(here):,} faces of the blood, {len(there):,} of the wall, "
                       f"{len(lonely):,} of the blood without partner, one around {place(where)}: mesh both with one surface")
     fluid.points[in_fluid] = solid.points[in_solid[partner]]
+    check_sides(solid, fluid)
     return distance.max()
+
+
+def inward(part):
+    """(centres of the faces of the interface, vectors from there to the centres of their cells)."""
+    faces, owners, _, _ = topology.boundary(part.kind, part.cells, len(part.points))
+    key = topology.face_keys(faces, len(part.points))
+    on = np.isin(key, topology.face_keys(part.faces_of("interface"), len(part.points)))
+    centres = part.points[faces[on]].mean(axis=1)
+    return centres, part.points[part.cells[owners[on]]].mean(axis=1) - centres
+
+
+def check_sides(solid, fluid):
+    (here, into_solid), (there, into_fluid) = inward(solid), inward(fluid)
+    partner, _ = topology.nearest(here, there)
+    same = np.flatnonzero((into_solid[partner] * into_fluid).sum(axis=1) > 0)
+    if len(same) > len(there) // 2:
+        raise Refusal("wall and blood lie on the same side of the interface: was one mesh given twice?")
 
 
 def compare(of, nodes_of, to, nodes_to, shortest, name_to, name_of):

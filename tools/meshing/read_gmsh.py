@@ -14,7 +14,6 @@ def read(path):
     gmsh.initialize(readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.AbortOnError", 0)
         try:
             gmsh.open(str(path))
             return model(gmsh, path)

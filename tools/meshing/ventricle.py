@@ -18,7 +18,7 @@ VALVES = {"mitral": {"start": -6.0, "tilt": -25.0, "radius": 12.0, "length": 31.
           "aortic": {"start": 7.0, "tilt": 27.0, "radius": 10.0, "length": 38.0}}
 BEND, FLATTEN = 9.0, 0.003                   # shift of the apex; part of x^2 by which the septum is flatter [1/mm]
 # Edges [mm] on the endocardium, on other surfaces of the wall, in the middle of the blood.
-SIZES = {"coarse": (3.9, 4.6, 2.8), "medium": (2.7, 3.2, 2.1), "paper": (1.88, 2.3, 1.2)}
+SIZES = {"coarse": (3.9, 4.6, 2.8), "medium": (2.7, 3.2, 2.1), "paper": (1.85, 2.25, 1.1)}
 
 
 def direction(valve):

@@ -1,0 +1,123 @@
+"""Writes meshes as other programs do, for the tests of their readers."""
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+
+def values(array):
+    return "\n".join(" ".join(repr(x) for x in row) for row in np.atleast_2d(array).tolist())
+
+
+def xdmf_grid(topology, cells, points, tags):
+    def item(array, kind):
+        shape = " ".join(str(n) for n in array.shape)
+        return f'<DataItem DataType="{kind}" Dimensions="{shape}" Format="XML">{values(array)}</DataItem>'
+    return ('<Xdmf Version="3.0"><Domain><Grid Name="Grid">'
+            f'<Geometry GeometryType="XYZ">{item(points, "Float")}</Geometry>'
+            f'<Topology TopologyType="{topology}" NumberOfElements="{len(cells)}">{item(cells, "Int")}</Topology>'
+            f'<Attribute Name="tag" AttributeType="Scalar" Center="Cell">{item(tags[:, None], "Int")}</Attribute>'
+            '</Grid></Domain></Xdmf>')
+
+
+def write_xdmf(path, part, cells):
+    """In mm; the labels' numbers in NAME_boundary.xdmf when the name ends with _domain."""
+    points = part.points * 1e3
+    path.write_text(xdmf_grid("Tetrahedron", cells, points, np.ones(len(cells), int)))
+    if path.stem.endswith("_domain"):
+        beside = path.with_name(path.name.replace("_domain", "_boundary"))
+        beside.write_text(xdmf_grid("Triangle", part.faces, points, part.face_labels))
+
+
+def write_carp(stem, part, length=1.0, odd=None):
+    """In um, all fibres along (0.6, 0.8, 0); that of the cell `odd` has another length."""
+    points = part.points * 1e6
+    stem.with_suffix(".pts").write_text(f"{len(points)}\n{values(points)}\n")
+    stem.with_suffix(".elem").write_text(f"{len(part.cells)}\n" + "".join(
+        f"Tt {a} {b} {c} {d} 3\n" for a, b, c, d in part.cells.tolist()))
+    fibres = np.tile([0.6, 0.8, 0.0], (len(part.cells), 1))
+    if odd is not None:
+        fibres[odd] *= length
+    stem.with_suffix(".lon").write_text(f"1\n{values(fibres)}\n")
+    for label in part.label_names:
+        faces = part.faces_of(label)
+        stem.with_name(f"{stem.name}.{label}.surf").write_text(f"{len(faces)}\n" + "".join(
+            f"Tr {a} {b} {c}\n" for a, b, c in faces.tolist()))
+
+
+def write_gmsh(path, parts):
+    """Wall and blood in one file in format 2.2, in m, nodes of the interface once, a physical group for each part and for
+    each label of the wall but `interface`."""
+    solid, fluid = parts["solid"], parts["fluid"]
+    number = {tuple(x): i for i, x in enumerate(solid.points)}
+    twin = np.array([number.setdefault(tuple(x), len(number)) for x in fluid.points])
+    points = np.array(list(number))
+    groups, elements = [(3, 1, "solid"), (3, 2, "fluid")], []
+    for name, part, nodes in (("solid", solid, np.arange(len(solid.points))), ("fluid", fluid, twin)):
+        elements += [(4, 1 if name == "solid" else 2, nodes[cell]) for cell in part.cells]
+        for label in part.label_names:
+            if label != "interface":
+                group = next((g for _, g, known in groups if known == label), 10 + len(groups))
+                groups += [] if any(known == label for _, _, known in groups) else [(2, group, label)]
+                elements += [(2, group, nodes[face]) for face in part.faces_of(label)]
+    text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n" + f"{len(groups)}\n"
+    text += "".join(f'{dimension} {group} "{name}"\n' for dimension, group, name in groups)
+    text += f"$EndPhysicalNames\n$Nodes\n{len(points)}\n"
+    text += "".join(f"{i} {x!r} {y!r} {z!r}\n" for i, (x, y, z) in enumerate(points.tolist(), 1))
+    text += f"$EndNodes\n$Elements\n{len(elements)}\n"
+    text += "".join(f"{i} {kind} 2 {group} {group} {' '.join(str(n + 1) for n in nodes)}\n"
+                    for i, (kind, group, nodes) in enumerate(elements, 1))
+    path.write_text(text + "$EndElements\n")
+
+
+def vtk_cells(cells):
+    n, width = cells.shape
+    array = vtk.vtkCellArray()
+    array.SetData(numpy_to_vtk(np.arange(n + 1, dtype=np.int64) * width, deep=True, array_type=vtk.VTK_ID_TYPE),
+                  numpy_to_vtk(np.ascontiguousarray(cells.ravel()), deep=True, array_type=vtk.VTK_ID_TYPE))
+    return array
+
+
+def add(attributes, name, array):
+    data = numpy_to_vtk(np.ascontiguousarray(array), deep=True)
+    data.SetName(name)
+    attributes.AddArray(data)
+
+
+def write_vtk(path, data):
+    """Appended, compressed by zlib, as svMultiPhysics' tools do."""
+    writer = vtk.vtkXMLUnstructuredGridWriter() if path.suffix == ".vtu" else vtk.vtkXMLPolyDataWriter()
+    writer.SetDataModeToAppended()
+    writer.SetCompressorTypeToZLib()
+    writer.SetFileName(str(path))
+    writer.SetInputData(data)
+    writer.Write()
+
+
+def place(data, points):
+    nodes = vtk.vtkPoints()
+    nodes.SetData(numpy_to_vtk(points, deep=True))
+    data.SetPoints(nodes)
+
+
+def write_svmultiphysics(folder, part, with_ids):
+    """In cm. With ids, GlobalNodeID are the numbers of the nodes from 1, in shuffled order; without, places alone count."""
+    (folder / "mesh-surfaces").mkdir(parents=True, exist_ok=True)
+    ids = np.random.default_rng(1).permutation(len(part.points)).astype(np.int32) + 1
+    grid = vtk.vtkUnstructuredGrid()
+    place(grid, part.points * 100)
+    grid.SetCells(vtk.VTK_TETRA, vtk_cells(part.cells))
+    add(grid.GetCellData(), "ModelRegionID", np.full(len(part.cells), 7, np.int32))
+    add(grid.GetCellData(), "GlobalElementID", np.arange(1, len(part.cells) + 1, dtype=np.int32))
+    if with_ids:
+        add(grid.GetPointData(), "GlobalNodeID", ids)
+    write_vtk(folder / "mesh-complete.mesh.vtu", grid)
+    for label in part.label_names:
+        faces = part.faces_of(label)
+        nodes, own = np.unique(faces, return_inverse=True)
+        surface = vtk.vtkPolyData()
+        place(surface, part.points[nodes] * 100)
+        surface.SetPolys(vtk_cells(own.reshape(faces.shape).astype(np.int64)))
+        add(surface.GetCellData(), "ModelFaceID", np.full(len(faces), 3, np.int32))
+        if with_ids:
+            add(surface.GetPointData(), "GlobalNodeID", ids[nodes])
+        write_vtk(folder / "mesh-surfaces" / f"{label}.vtp", surface)
