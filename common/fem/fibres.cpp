@@ -102,6 +102,8 @@ Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &para
     : n_q_(space.n_q()), frames_(std::size_t(space.n_batches()) * space.n_q()), dispersion_(frames_.size()) {
   if (parameters.rule == "constant")
     lay_constant(parameters);
+  else if (parameters.rule == "file")
+    lay_from_file(space);
   else
     lay_transmural(space, parameters);
   average_at_nodes(space);
@@ -113,6 +115,18 @@ void Fibres::lay_constant(const geometry::FibreParameters &parameters) {
   for (auto &frame : frames_)
     for (unsigned lane = 0; lane < n_lanes; ++lane)
       set_frame(frame, lane, f, s);
+}
+
+void Fibres::lay_from_file(const LagrangeSpace &space) {
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
+    const geometry::Mesh::Fibre *fibre = space.fibre(slot);
+    if (!fibre)
+      throw Failure(ExitCode::scene, "fibres: the rule `file` needs a mesh that brings fibres along; take another rule");
+    const auto &[f, s] = *fibre;
+    const Direction fibres = normalised({f[0], f[1], f[2]}), sheets = normalised(reject({s[0], s[1], s[2]}, fibres));
+    for (unsigned q = 0; q < n_q_; ++q)
+      set_frame(frames_[std::size_t(slot / n_lanes) * n_q_ + q], slot % n_lanes, fibres, sheets);
+  }
 }
 
 void Fibres::lay_transmural(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {

@@ -30,6 +30,8 @@ namespace heartbus::fem {
 /// with the dispersion angle gamma: H = (I - s (x) s) / 2 on the axis, continuous around it, and f (x) f where the wall's
 /// normal is further than gamma from the axis (structure tensors for dispersed fibres: Gasser, Ogden, Holzapfel 2006,
 /// doi 10.1098/rsif.2005.0073; for active stress: Eriksson et al. 2013, doi 10.1002/cnm.2575).
+///
+/// Rule "file": f and s of each cell as the mesh file has them, without dispersion.
 class Fibres {
  public:
   /// Collective: the transmural rule solves a Laplace problem. Failure(scene) when the labels it needs are missing.
@@ -44,6 +46,7 @@ class Fibres {
 
  private:
   void lay_constant(const geometry::FibreParameters &parameters);
+  void lay_from_file(const LagrangeSpace &space);
   void lay_transmural(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
   void average_at_nodes(const LagrangeSpace &space);
 

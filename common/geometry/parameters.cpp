@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <string>
 
@@ -34,11 +35,30 @@ void check_valve(config::Section &s, const std::string &name, double centre, dou
                                  config::with_unit(1e3 * base_radius, "mm") + " inside the wall");
 }
 
+void describe_file(config::Section &s, std::string &mesh) {
+  if (mesh == Parameters().mesh)
+    mesh.clear();
+  s.text("mesh", mesh, "mesh file, made by `tools/mesh import`");
+  if (mesh.empty())
+    s.fail("mesh", "must be given with 'shape: file': the mesh file that `tools/mesh import` has made");
+  mesh = s.file("mesh", mesh);
+  const std::filesystem::path path(mesh);
+  if (path.extension() != ".h5")
+    s.fail("mesh", "'" + path.filename().string() + "' is no mesh file; `tools/mesh import SOLID FLUID --unit mm -o " +
+                       path.stem().string() + ".h5` makes one of .msh, .vtu, .vtk, .xdmf, .pts and .elem");
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    s.fail("mesh", "there is no file " + path.string());
+}
+
 } // namespace
 
 void Parameters::describe(config::Section &s) {
-  s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube"}, "what the body looks like");
-  s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3"}, "mesh of the ideal left ventricle, from coarse to fine");
+  s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube", "file"}, "what the body looks like");
+  if (shape == "file")
+    describe_file(s, mesh);
+  else
+    s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3"}, "mesh of the ideal left ventricle, from coarse to fine");
   ventricle.describe(s.section("ventricle", "shape ideal_left_ventricle"));
   piston.describe(s.section("piston", "shape piston"));
   slab.describe(s.section("slab", "shape slab"));
@@ -98,7 +118,7 @@ void TubeParameters::describe(config::Section &s) {
 
 void FibreParameters::describe(config::Section &s) {
   constexpr config::Range angle = between(-3.2, 3.2, "half a turn is 3.14 rad or 180 deg");
-  s.choice("rule", rule, {"transmural", "constant"}, "how fibres are laid");
+  s.choice("rule", rule, {"transmural", "constant", "file"}, "how fibres are laid; file: as the mesh file has them");
   s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
   s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),

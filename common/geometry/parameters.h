@@ -45,7 +45,7 @@ struct TubeParameters {
 /// The keys of the scene block `geometry`.
 struct Parameters {
   std::string shape = "ideal_left_ventricle";
-  std::string mesh = "M0"; ///< of the ventricle
+  std::string mesh = "M0"; ///< of the ventricle; of the shape `file` the mesh file
   VentricleParameters ventricle;
   PistonParameters piston;
   SlabParameters slab;
@@ -55,7 +55,7 @@ struct Parameters {
 
 /// The keys of the scene block `fibres`.
 struct FibreParameters {
-  std::string rule = "transmural"; ///< "transmural": angles through the wall; "constant": one direction everywhere
+  std::string rule = "transmural"; ///< "transmural": angles through the wall; "constant": one direction; "file": the mesh's
   double angle_endo = 1.0471975511965976, angle_epi = -1.0471975511965976; ///< [rad] against the circumference
   double dispersion_angle = 0.5235987755982988;                            ///< [rad] of "transmural", see fem::Fibres
   std::vector<double> direction{1, 0, 0};                                  ///< of "constant"
