@@ -15,7 +15,7 @@ int main(int argc, char **argv) {
     const fem::Runtime runtime(participant.communicator());
     const geometry::Mesh wall = geometry::make_solid(scene.geometry);
     const fem::LagrangeSpace space(participant.communicator(), wall,
-                                   scene.ep.refinements_of(geometry::longest_edge(wall)));
+                                   scene.ep.refinements_of(geometry::longest_edge(wall)), scene.ep.degree);
     const fem::Fibres fibres(space, scene.fibres);
     ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);

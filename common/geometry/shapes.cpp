@@ -149,6 +149,27 @@ Ventricle make_ventricle(const Parameters &p) { return {p.ventricle, ventricle_s
 
 using Labels = std::vector<std::string>;
 
+Mesh make_hexahedral_solid(const Parameters &p) {
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
+  if (p.shape == "slab")
+    return make_slab(p.slab);
+  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
+}
+
+Mesh make_hexahedral_fluid(const Parameters &p) {
+  if (p.shape == "slab")
+    throw Failure(ExitCode::scene,
+                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
+  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
+}
+
+Mesh in_wanted_cells(const Parameters &p, const Mesh &hexahedra) {
+  return p.cells == "tetrahedra" ? make_tetrahedra(hexahedra) : hexahedra;
+}
+
 } // namespace
 
 std::vector<std::string> solid_labels(const Parameters &p) {
@@ -167,21 +188,8 @@ std::vector<std::string> fluid_labels(const Parameters &p) {
   return p.shape == "tube" ? Labels{"interface", "inlet", "outlet"} : Labels{"interface", "base", "mitral", "aortic"};
 }
 
-Mesh make_solid(const Parameters &p) {
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
-  if (p.shape == "slab")
-    return make_slab(p.slab);
-  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
-}
+Mesh make_solid(const Parameters &p) { return in_wanted_cells(p, make_hexahedral_solid(p)); }
 
-Mesh make_fluid(const Parameters &p) {
-  if (p.shape == "slab")
-    throw Failure(ExitCode::scene,
-                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
-  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
-}
+Mesh make_fluid(const Parameters &p) { return in_wanted_cells(p, make_hexahedral_fluid(p)); }
 
 } // namespace heartbus::geometry
