@@ -18,7 +18,7 @@ int main(int argc, char **argv) {
     const geometry::Mesh wall =
         fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); });
     const double edge = dealii::Utilities::MPI::broadcast(communicator, geometry::longest_edge(wall));
-    const fem::LagrangeSpace space(communicator, wall, scene.ep.refinements_of(edge));
+    const fem::LagrangeSpace space(communicator, wall, scene.ep.refinements_of(edge), scene.ep.degree);
     const fem::Fibres fibres(space, scene.fibres);
     ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);

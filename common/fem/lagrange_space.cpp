@@ -47,8 +47,14 @@ LagrangeSpace::LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, 
   } else {
     d.element = std::make_unique<dealii::FE_SimplexP<3>>(degree);
     d.mapping = std::make_unique<dealii::MappingFE<3>>(dealii::FE_SimplexP<3>(1));
-    d.quadrature = dealii::QGaussSimplex<3>(degree + 1);
-    d.face_quadrature = dealii::QGaussSimplex<2>(degree + 1);
+    // Symmetric, so that the numbering of a cell's vertices does not matter, and exact for masses.
+    if (degree == 1) {
+      d.quadrature = dealii::QGaussSimplex<3>(2);
+      d.face_quadrature = dealii::QGaussSimplex<2>(2);
+    } else {
+      d.quadrature = dealii::QWitherdenVincentSimplex<3>(3);
+      d.face_quadrature = dealii::QWitherdenVincentSimplex<2>(3);
+    }
   }
   distribute(mesh, refinements);
   number_nodes();

@@ -156,6 +156,27 @@ MeshSummary summary_of_file(const Parameters &p, const std::string &part) {
   return file.has(part) ? file.summary(part) : MeshSummary();
 }
 
+Mesh make_hexahedral_solid(const Parameters &p) {
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
+  if (p.shape == "slab")
+    return make_slab(p.slab);
+  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
+}
+
+Mesh make_hexahedral_fluid(const Parameters &p) {
+  if (p.shape == "slab")
+    throw Failure(ExitCode::scene,
+                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
+  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
+}
+
+Mesh in_wanted_cells(const Parameters &p, const Mesh &hexahedra) {
+  return p.cells == "tetrahedra" ? make_tetrahedra(hexahedra) : hexahedra;
+}
+
 } // namespace
 
 std::vector<std::string> solid_labels(const Parameters &p) {
@@ -197,24 +218,11 @@ std::size_t n_fluid_points(const Parameters &p) {
 std::string checksum_of_meshes(const Parameters &p) { return MeshFile(p.mesh).checksum(); }
 
 Mesh make_solid(const Parameters &p) {
-  if (p.shape == "file")
-    return MeshFile(p.mesh).read("solid");
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
-  if (p.shape == "slab")
-    return make_slab(p.slab);
-  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
+  return p.shape == "file" ? MeshFile(p.mesh).read("solid") : in_wanted_cells(p, make_hexahedral_solid(p));
 }
 
 Mesh make_fluid(const Parameters &p) {
-  if (p.shape == "file")
-    return MeshFile(p.mesh).read("fluid");
-  if (p.shape == "slab")
-    throw Failure(ExitCode::scene,
-                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
-  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
+  return p.shape == "file" ? MeshFile(p.mesh).read("fluid") : in_wanted_cells(p, make_hexahedral_fluid(p));
 }
 
 } // namespace heartbus::geometry

@@ -16,11 +16,12 @@ bool starts_with(const std::string &text, const std::string &start) {
 std::map<std::string, std::string> model_of(const SceneParameters &scene) {
   const std::string &shape = scene.geometry.shape;
   const bool is_ventricle = shape == "ideal_left_ventricle";
-  std::vector<std::string> keys{"geometry.shape", "geometry." + (is_ventricle ? "ventricle" : shape) + "."}; // the shape `file` has no block
+  std::vector<std::string> keys{"geometry.shape", "geometry.cells", "geometry." + (is_ventricle ? "ventricle" : shape) + "."}; // `file` has no block
   if (is_ventricle)
     keys.push_back("geometry.mesh");
   if (scene.has("ep"))
-    for (const char *key : {"fibres.", "electrophysiology.ionic_model", "electrophysiology.refinements"})
+    for (const char *key : {"fibres.", "electrophysiology.ionic_model", "electrophysiology.refinements",
+                            "electrophysiology.degree"})
       keys.push_back(key);
   if (scene.has("mech") || scene.has("fsi"))
     for (const char *key : {"fibres.", "mechanics.law", "mechanics.passive_regions", "mechanics.active.model",

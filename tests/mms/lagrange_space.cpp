@@ -82,21 +82,35 @@ double poisson_error(const geometry::Mesh &mesh, unsigned refinements, unsigned 
 } // namespace
 
 TEST(LagrangeSpace, MeasuresVolumeAndSurfaceOfABox) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 2, 3}, {3, 2, 4}), 1);
-  double volume = 0, area = 0;
-  for (unsigned batch = 0; batch < space.n_owned_batches(); ++batch)
-    for (unsigned q = 0; q < space.n_q(); ++q)
-      for (unsigned lane = 0; lane < n_lanes; ++lane)
-        volume += space.JxW(batch)[q][lane];
-  const auto top = space.faces("z_high");
-  for (unsigned f = 0; f < top.n_faces; ++f)
-    for (unsigned q = 0; q < top.n_q; ++q) {
-      EXPECT_NEAR(top.normals[(f * top.n_q + q) * 3 + 2], 1, 1e-14);
-      area += top.owned[f] ? top.JxW[f * top.n_q + q] : 0;
-    }
-  EXPECT_EQ(space.n_global_cells(), 3u * 2 * 4 * 8);
-  EXPECT_NEAR(global_sum(volume), 6, 1e-13);
-  EXPECT_NEAR(global_sum(area), 2, 1e-13);
+  const geometry::Mesh box = geometry::make_box({0, 0, 0}, {1, 2, 3}, {3, 2, 4});
+  for (const auto &[mesh, degree] : {std::pair(box, 1u), std::pair(geometry::make_tetrahedra(box), 1u),
+                                     std::pair(geometry::make_tetrahedra(box), 2u)}) {
+    const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1, degree);
+    double volume = 0, area = 0;
+    for (unsigned batch = 0; batch < space.n_owned_batches(); ++batch)
+      for (unsigned q = 0; q < space.n_q(); ++q)
+        for (unsigned lane = 0; lane < n_lanes; ++lane)
+          volume += space.JxW(batch)[q][lane];
+    const auto top = space.faces("z_high");
+    for (unsigned f = 0; f < top.n_faces; ++f)
+      for (unsigned q = 0; q < top.n_q; ++q) {
+        EXPECT_NEAR(top.normals[(f * top.n_q + q) * 3 + 2], 1, 1e-14);
+        area += top.owned[f] ? top.JxW[f * top.n_q + q] : 0;
+      }
+    EXPECT_EQ(space.n_global_cells(), mesh.n_cells() * 8);
+    EXPECT_NEAR(global_sum(volume), 6, 1e-13);
+    EXPECT_NEAR(global_sum(area), 2, 1e-13);
+  }
+}
+
+/// The halves of all edges, and nothing twice: a box of n cells a side has (n + 1)^3 vertices, and as many diagonals as
+/// faces once each.
+TEST(LagrangeSpace, RefinedTetrahedraShareTheirNodes) {
+  const geometry::Mesh mesh = geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 1, 1}, {2, 2, 2}));
+  const fem::LagrangeSpace refined(MPI_COMM_WORLD, mesh, 1, 1), quadratic(MPI_COMM_WORLD, mesh, 0, 2);
+  const unsigned edges = 3 * 2 * 3 * 3 + 3 * 3 * 2 * 2; // of the hexahedra, and a diagonal of each of their faces
+  EXPECT_EQ(refined.n_global_nodes(), 27u + edges);
+  EXPECT_EQ(quadratic.n_global_nodes(), 27u + edges);
 }
 
 TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
@@ -186,6 +200,7 @@ TEST(LagrangeSpace, PoissonConvergesWithOrderTwoAndThreeOnTetrahedra) {
     return geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}));
   };
   EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(8), 0, 1)), 2, 0.2);
+  EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(4), 1, 1)), 2, 0.2);
   EXPECT_NEAR(std::log2(poisson_error(mesh(3), 0, 2) / poisson_error(mesh(6), 0, 2)), 3, 0.3);
 }
 
