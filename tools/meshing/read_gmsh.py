@@ -1,4 +1,6 @@
 """Gmsh's .msh 2.2 and 4.1, text or binary, with the names of physical groups, by its own library."""
+import contextlib
+
 import numpy as np
 
 from .model import Foreign, Refusal, Surface
@@ -9,11 +11,23 @@ TYPES = {2: ("triangles", 3, 3), 9: ("triangles", 6, 3), 3: ("quadrilaterals", 4
          12: ("hexahedra", 27, 8), 17: ("hexahedra", 20, 8), 6: ("wedges", 6, 6), 7: ("pyramids", 5, 5)}
 
 
-def read(path):
-    import gmsh
+@contextlib.contextmanager
+def library():
+    """Gmsh, silent, for as long as it is needed."""
+    try:
+        import gmsh
+    except ImportError:
+        raise Refusal("gmsh is missing; ./run installs it, or apt-get install python3-gmsh") from None
     gmsh.initialize(readConfigFiles=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def read(path):
+    with library() as gmsh:
         try:
             gmsh.open(str(path))
             return model(gmsh, path)
@@ -22,8 +36,6 @@ def read(path):
         except Exception as error:  # of whatever class: the library has none of its own
             raise Refusal(f"{path}: gmsh cannot read it: {error}; is it truncated, or of another format than .msh 2.2 or "
                           "4.1?") from None
-    finally:
-        gmsh.finalize()
 
 
 def names_of_entities(gmsh, dimension, what):

@@ -8,6 +8,7 @@ adults (Lang et al. 2015, doi 10.1016/j.echo.2014.10.003)."""
 import numpy as np
 
 from .model import Foreign, Refusal, Surface
+from .read_gmsh import library
 
 EQUATOR, DEPTH, DOME = 22.0, 59.0, 20.0      # semi-axes of the cavity: across, down to the apex, up
 WALL, WALL_APEX, ROOF = 10.0, 8.5, 8.0       # added to them for the epicardium
@@ -144,17 +145,13 @@ def collect(gmsh, volumes, labels):
 
 def make(size):
     """{"solid": Foreign, "fluid": Foreign} [mm]"""
-    import gmsh
-    gmsh.initialize(readConfigFiles=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        volumes = build(gmsh)
-        labels = labelled(gmsh, volumes)
-        set_sizes(gmsh, volumes, labels, size)
-        gmsh.option.setNumber("Mesh.Algorithm", 1)  # adapts best where tubes leave the body at small angles
-        gmsh.model.mesh.generate(3)
-        return collect(gmsh, volumes, labels)
-    except Exception as error:  # of whatever class: the library has none of its own
-        raise Refusal(f"gmsh cannot make the ventricle: {error}") from None
-    finally:
-        gmsh.finalize()
+    with library() as gmsh:
+        try:
+            volumes = build(gmsh)
+            labels = labelled(gmsh, volumes)
+            set_sizes(gmsh, volumes, labels, size)
+            gmsh.option.setNumber("Mesh.Algorithm", 1)  # adapts best where tubes leave the body at small angles
+            gmsh.model.mesh.generate(3)
+            return collect(gmsh, volumes, labels)
+        except Exception as error:  # of whatever class: the library has none of its own
+            raise Refusal(f"gmsh cannot make the ventricle: {error}") from None
