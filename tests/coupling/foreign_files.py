@@ -99,6 +99,33 @@ def place(data, points):
     data.SetPoints(nodes)
 
 
+def write_hexahedra(path, n, edge, mirrored=()):
+    """A cube of n^3 hexahedra, the cells in `mirrored` the other way round; its boundary as quadrilaterals of tag 9."""
+    i = np.arange(n + 1)
+    points = np.array([(x, y, z) for z in i for y in i for x in i], dtype=float) * edge / n
+    first = np.array([x + (n + 1) * (y + (n + 1) * z) for z in range(n) for y in range(n) for x in range(n)])
+    steps = [0, 1, n + 2, n + 1]
+    ring = np.array(steps + [step + (n + 1) ** 2 for step in steps])
+    cells = first[:, None] + ring
+    for cell in mirrored:
+        cells[cell] = cells[cell][[4, 5, 6, 7, 0, 1, 2, 3]]
+    faces = np.concatenate([cells[:, face] for face in ([0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4],
+                                                        [1, 2, 6, 5])])
+    _, index, counts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    faces = faces[index[counts == 1]]
+    grid = vtk.vtkUnstructuredGrid()
+    place(grid, points)
+    both = vtk.vtkCellArray()
+    nodes = np.concatenate([cells.ravel(), faces.ravel()]).astype(np.int64)
+    offsets = np.concatenate([np.arange(len(cells)) * 8, 8 * len(cells) + np.arange(len(faces) + 1) * 4]).astype(np.int64)
+    both.SetData(numpy_to_vtk(offsets, deep=True, array_type=vtk.VTK_ID_TYPE),
+                 numpy_to_vtk(nodes, deep=True, array_type=vtk.VTK_ID_TYPE))
+    kinds = np.repeat([vtk.VTK_HEXAHEDRON, vtk.VTK_QUAD], [len(cells), len(faces)]).astype(np.uint8)
+    grid.SetCells(numpy_to_vtk(kinds, deep=True, array_type=vtk.VTK_UNSIGNED_CHAR), both)
+    add(grid.GetCellData(), "MaterialID", np.repeat([2, 9], [len(cells), len(faces)]).astype(np.int32))
+    write_vtk(path, grid)
+
+
 def write_svmultiphysics(folder, part, with_ids):
     """In cm. With ids, GlobalNodeID are the numbers of the nodes from 1, in shuffled order; without, places alone count."""
     (folder / "mesh-surfaces").mkdir(parents=True, exist_ok=True)

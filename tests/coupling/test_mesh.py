@@ -1,4 +1,5 @@
 """Meshes of other programs become a mesh file, or one message says what, where and how to mend it."""
+import csv
 import sys
 import tempfile
 import unittest
@@ -6,10 +7,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from launch import BIN, SOURCE, Launch
+from launch import BIN, SOURCE, Launch, run_crowded
 
 sys.path.insert(0, str(SOURCE / "tools"))
-from foreign_files import write_carp, write_gmsh, write_svmultiphysics, write_xdmf  # noqa: E402
+from foreign_files import write_carp, write_gmsh, write_hexahedra, write_svmultiphysics, write_xdmf  # noqa: E402
 from meshing import native, topology  # noqa: E402
 
 DATA = SOURCE / "tests/data/meshes"
@@ -88,6 +89,16 @@ class Imports(Meshes):
         np.testing.assert_allclose(parts["solid"].fibres[:, 0], np.tile([0.6, 0.8, 0], (1838, 1)), atol=1e-12)
         np.testing.assert_allclose((parts["solid"].fibres.prod(axis=1)).sum(axis=1), 0, atol=1e-9)
 
+    def test_hexahedra_of_vtk_become_lexicographic(self):
+        write_hexahedra(self.folder / "cube.vtu", 3, 60, mirrored=[4, 13])
+        parts, said = self.imported("cube.vtu", "--unit", "mm", "--label", "9=interface")
+        self.assertIn("of 27 cells: 2 were negatively oriented", said)
+        cube = parts["solid"]
+        np.testing.assert_allclose(topology.volumes(cube.kind, cube.points, cube.cells), 8e-6)
+        np.testing.assert_allclose(topology.quality(cube.kind, cube.points, cube.cells), 1)
+        self.assertEqual(len(cube.faces_of("interface")), 54)
+        np.testing.assert_allclose(np.linalg.norm(topology.areas(cube.points, cube.faces), axis=1), 4e-4)
+
     def test_one_file_with_wall_and_blood_is_split_at_its_regions(self):
         write_gmsh(self.folder / "whole.msh", self.parts)
         parts, _ = self.imported("whole.msh", "--blood", "fluid", "--unit", "m")
@@ -104,6 +115,38 @@ class Imports(Meshes):
             self.assertLess(abs(len(part.cells) / n - 1), 0.15)
             self.assertAlmostEqual(topology.volumes(part.kind, part.points, part.cells).sum() / volume, 1, 1)
             self.assertGreater(topology.quality(part.kind, part.points, part.cells).min(), 0.1)
+
+
+class Runs(Meshes):
+    SITES = "[{centre: [2.4 mm, 23.3 mm, -22.5 mm], radius: 12 mm}]"
+
+    def run(self, mesh, ranks=1):
+        (self.folder / "scene.yaml").write_text(
+            f"base: {SOURCE / 'configs/ideal_lv/efs1.yaml'}\nscene: own\ngeometry: {{shape: file, mesh: {mesh}}}\n"
+            f"electrophysiology: {{degree: 2, refinements: 0, stimulus: {{sites: {self.SITES}}}}}\n"
+            "time: {end: 2 ms}\noutput: {every: 0 s, checkpoint: {every: 0 s}}\n")
+        return run_crowded(self.folder / "scene.yaml", self.folder, ranks, "--out", f"on_{ranks}")
+
+    def history(self, ranks):
+        with open(self.folder / f"on_{ranks}/history.csv", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def test_the_pair_runs_the_same_on_one_rank_and_on_two(self):
+        for ranks in (1, 2):
+            launch = self.run(DATA / "lv.h5", ranks)
+            self.assertEqual(launch.code, 0, launch.output)
+        for one, two in zip(self.history(1), self.history(2)):
+            self.assertAlmostEqual(float(one["volume"]) / float(two["volume"]), 1, 7)
+        self.assertGreater(float(self.history(1)[0]["volume"]), 1.1 * 116.7e-6)  # inflated to the atrial pressure
+
+    def test_what_a_program_finds_wrong_in_the_mesh_ends_the_launch(self):
+        (self.folder / "nan.h5").write_bytes((DATA / "lv.h5").read_bytes())
+        with h5py.File(self.folder / "nan.h5", "r+") as file:
+            file["fluid/points"][3] = np.nan
+        launch = self.run("nan.h5", 2)
+        self.assertEqual(launch.code, 8, launch.output)
+        self.assertIn("fluid: node 3 is at nan m", launch.output)
+        self.assertEqual(launch.orphans, [])
 
 
 class BadInput(Meshes):
