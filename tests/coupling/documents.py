@@ -8,8 +8,8 @@ SOURCE = Path(os.environ["HEARTBUS_SOURCE"])
 NOT_OURS = ("build", "results", "shared")  # at the top: what is made, or lies beside the sources
 # What stands for anything in a command that is shown.
 PLACEHOLDERS = {"configs/ideal_lv/SCENE.yaml": "configs/ideal_lv/efs1.yaml", "SCENE": "configs/ideal_lv/efs1.yaml",
-                "mesh=MESH": "mesh=M0", "N": "2", "C": "4", "FROM": "latest", "FOLDER": "results/scene", "RESULTS": "results/scene"}
-SCRIPTS = re.compile(r"(\./(run|test)|tools/[\w./]+|tests/[\w/]+/run|build/release/bin/\w+|mpirun|ninja|cmake|ctest)( |$)")
+                "mesh=MESH": "mesh=M0", "N": "2", "C": "4", "RESULTS": "results/scene"}
+SCRIPTS = re.compile(r"(\./(run|test)|tools/[\w./]+|tests/[\w/]+/run|build/release/bin/\w+|mpirun|cmake|ctest)( |$)")
 
 
 def files(*patterns):
@@ -19,7 +19,7 @@ def files(*patterns):
 
 
 class Document:
-    """A Markdown file: numbered lines of prose, without tables, code and equations; code blocks; what is in backticks."""
+    """A Markdown file: numbered lines of prose, outside tables and blocks; blocks; what is in backticks."""
 
     def __init__(self, file):
         self.file, self.name = file, str(file.relative_to(SOURCE))
