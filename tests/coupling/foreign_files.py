@@ -127,7 +127,7 @@ def write_hexahedra(path, n, edge, mirrored=()):
 
 
 def write_svmultiphysics(folder, part, with_ids):
-    """In cm. With ids, GlobalNodeID are the numbers of the nodes from 1, in shuffled order; without, places alone count."""
+    """In cm, with fibres and sheets by node, the fibres of either sense. With ids, GlobalNodeID are the numbers of the nodes from 1, in shuffled order; without, places alone count."""
     (folder / "mesh-surfaces").mkdir(parents=True, exist_ok=True)
     ids = np.random.default_rng(1).permutation(len(part.points)).astype(np.int32) + 1
     grid = vtk.vtkUnstructuredGrid()
@@ -135,6 +135,8 @@ def write_svmultiphysics(folder, part, with_ids):
     grid.SetCells(vtk.VTK_TETRA, vtk_cells(part.cells))
     add(grid.GetCellData(), "ModelRegionID", np.full(len(part.cells), 7, np.int32))
     add(grid.GetCellData(), "GlobalElementID", np.arange(1, len(part.cells) + 1, dtype=np.int32))
+    add(grid.GetPointData(), "fibre", np.tile([0.6, 0.8, 0.0], (len(part.points), 1)) * (-1.0) ** ids[:, None])
+    add(grid.GetPointData(), "sheet", np.tile([0.8, -0.6, 0.0], (len(part.points), 1)))
     if with_ids:
         add(grid.GetPointData(), "GlobalNodeID", ids)
     write_vtk(folder / "mesh-complete.mesh.vtu", grid)

@@ -81,6 +81,16 @@ class Imports(Meshes):
             self.assertIn("region region_7: 1,838 cells", said)
             self.assert_same(parts)
 
+    def test_fibres_by_node_are_the_same_whatever_their_sense(self):
+        write_svmultiphysics(self.folder / "solid", self.parts["solid"], True)
+        parts, _ = self.imported("solid", "--unit", "cm", "--fibres", "fibre", "--sheets", "sheet")
+        f, s = parts["solid"].fibres.transpose(1, 0, 2)
+        np.testing.assert_allclose(np.abs(f @ [0.6, 0.8, 0]), 1, atol=1e-12)
+        np.testing.assert_allclose(np.abs(s @ [0.8, -0.6, 0]), 1, atol=1e-12)
+        self.assertIn("no array 'fib'", self.refused("import", "solid", "--unit", "cm", "--fibres", "fib", "-o", "x.h5"))
+        self.assertRegex(self.refused("import", "solid", "--unit", "cm", "--fibres", "fibre", "--sheets", "fibre", "-o", "x.h5"),
+                         r"not orthogonal: the worst is cell \d+ around \(.* mm, where f.s is 1")
+
     def test_carp_brings_its_unit_and_its_fibres(self):
         write_carp(self.folder / "lv", self.parts["solid"])
         parts, said = self.imported("lv.elem")
@@ -202,6 +212,12 @@ class BadInput(Meshes):
         for name, content in damaged.items():
             (self.folder / f"{name}.msh").write_text(content)
             self.assertIn(f"{name}.msh", self.refused("import", f"{name}.msh", "--unit", "mm", "-o", "x.h5"))
+        write_svmultiphysics(self.folder / "solid", self.parts["solid"], False)
+        grid = (self.folder / "solid/mesh-complete.mesh.vtu").read_bytes()
+        damaged = {"cut": grid[:len(grid) // 2], "huge": grid.replace(b'Points="530"', b'Points="99999999999"'), "empty": b""}
+        for name, content in damaged.items():
+            (self.folder / f"{name}.vtu").write_bytes(content)
+            self.assertIn(f"{name}.vtu", self.refused("import", f"{name}.vtu", "--unit", "cm", "-o", "x.h5"))
         nan = self.changed("nan.msh", SOLID, lambda text: text.replace("\n1 15.2405958 ", "\n1 nan "))
         self.assertIn("node 0 is at (nan, ", self.refused("import", nan, "--unit", "mm", "-o", "x.h5"))
         self.assertFalse((self.folder / "x.h5").exists())

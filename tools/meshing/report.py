@@ -97,12 +97,37 @@ def resolution(part):
     yield f"    refinements: {n}                    # nodes {apart * 1e3:.1f} mm apart; {len(part.cells) * 8 ** n:,} elements"
 
 
+def fibre_rule(part):
+    """The rule transmural, which scenes have by themselves, needs a flat base with normal +z."""
+    if part is None or "base" not in part.label_names:
+        return
+    normals = topology.areas(part.points, part.faces_of("base"))
+    upright = np.abs(normals[:, 2]) > 0.999 * np.linalg.norm(normals, axis=1)
+    height = np.ptp(part.points[part.nodes_of("base"), 2])
+    apex_below = part.points[part.nodes_of("base"), 2].mean() > part.points[:, 2].mean()
+    if part.fibres is not None:
+        yield "  fibres: {rule: file}"
+    elif not (upright.all() and apex_below and height < 1e-3 * np.ptp(part.points)):
+        yield "  fibres: {rule: apicobasal, rings: [base]}"
+
+
+def labels_in_use(parts):
+    """Lines for what scenes take for granted and this mesh has otherwise."""
+    solid, fluid = (set(parts[name].label_names) if name in parts else None for name in ("solid", "fluid"))
+    if solid is not None and "base" not in solid:
+        yield f"  mechanics: {{fixed: []}}              # or some of {', '.join(sorted(solid - {'interface'}))}"
+    if fluid is not None and not {"base", "mitral", "aortic"} <= fluid:
+        others = sorted(fluid - {"interface"})
+        walls = [label for label in others if label not in ("mitral", "aortic")]
+        yield f"  lifting: {{fixed: [{', '.join(others)}]}}"
+        yield f"  fluid: {{no_slip: [{', '.join(walls)}]}}"
+
+
 def for_scene(path, parts):
     """What to write into the scene."""
     yield "In the scene:"
     yield f"  geometry: {{shape: file, mesh: {path.name}}}      # the path is relative to the scene"
-    if any(part.fibres is not None for part in parts.values()):
-        yield "  fibres: {rule: file}"
+    yield from fibre_rule(parts.get("solid"))
     sites = stimulus_sites(parts["solid"]) if "solid" in parts else None
     if sites:
         yield "  electrophysiology:"
@@ -112,5 +137,6 @@ def for_scene(path, parts):
         for site in sites:
             x = ", ".join(f"{value * 1e3:.1f} mm" for value in site)
             yield f"        - {{centre: [{x}], radius: 12 mm}}"
+    yield from labels_in_use(parts)
     if "solid" in parts and len(parts["solid"].region_names) > 1:
         yield f"  # regions of the wall: {', '.join(parts['solid'].region_names)}"
