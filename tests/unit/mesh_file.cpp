@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <random>
 #include <unistd.h>
 
 using namespace heartbus;
@@ -124,6 +125,22 @@ TEST(MeshFile, DamageIsSaidWithItsPlace) {
   EXPECT_TRUE(contains(after([](const Copy &c) { c.set_index("solid/face_labels", 3, 8); }), "label without a name"));
   for (const double share : {0.1, 0.5, 0.99})
     EXPECT_TRUE(contains(after([&](const Copy &c) { c.cut(share); }), "is no HDF5 file")) << share;
+}
+
+TEST(MeshFile, FlippedBitsAreRefusedOrHarmless) {
+  std::ifstream in(ventricle(), std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(in), {}};
+  unsigned n_refused = 0;
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    std::mt19937 random(seed);
+    std::string text = whole;
+    for (unsigned k = 0; k < 8; ++k) // in the beginning lies what describes the rest
+      text[random() % (seed % 2 ? text.size() : 6000)] ^= 1 << random() % 8;
+    const Copy copy;
+    std::ofstream(copy.name(), std::ios::binary) << text;
+    n_refused += !copy.complaint().empty();
+  }
+  EXPECT_GT(n_refused, 50u);
 }
 
 TEST(MeshFile, ScenesSayWhereTheFileIs) {
