@@ -13,24 +13,47 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import vtk
+
+try:
+    import vtk
+
+    import films
+except ImportError as error:
+    sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
 
 from rendering import (Series, actor, bounds, compose, compose_rows, far_half, glyphs, lattice, line, milliseconds, render,
                        run, section, surface, thinned, values_of, warped)
-from results import MMHG, History
+from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
 
 
-def picture_fibres(mech, path):
+def moved_bounds(fluid, instants):
+    """Of the body as it is then, which may reach beyond that at rest."""
+    return bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
+
+
+def arrows_of(grid, box, fastest):
+    """Of the velocity, on an even lattice; the fastest reach over two of its spacings."""
+    spacing = (box[1][2] - box[0][2]) / 24
+    return glyphs(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest, arrow=True)
+
+
+def sides(folder):
+    """Captions of a body from outside and cut open."""
+    is_heart = "ventric" in str(resolved_scene(folder).get("geometry.shape", ""))
+    return ("epicardium", "endocardium and section") if is_heart else ("surface", "section")
+
+
+def picture_fibres(mech, captions, path):
     f, x = mech.field("fibres", 0), mech.points
     around = (f[:, 1] * x[:, 0] - f[:, 0] * x[:, 1]) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-12)
     angle = np.degrees(np.arctan(f[:, 2] / np.where(abs(around) < 1e-12, 1e-12, around)))
     grid = mech.grid(0, fibre=f, angle=angle)
     panels = []
-    for half, caption in ((grid, "epicardium"), (far_half(grid), "endocardium and section")):
+    for half, caption in zip((grid, far_half(grid)), captions):
         skin = surface(half)
-        rods = glyphs(thinned(skin, 3000), "fibre", 3.2e-3, arrow=False)
+        rods = glyphs(thinned(skin, 3000), "fibre", 0.03 * np.ptp(x, axis=0).max(), arrow=False)
         panels.append((render([actor(skin, colour=(0.93, 0.88, 0.86)), actor(rods, "angle", (-60, 60), "coolwarm")],
                               bounds(x)), caption))
     compose(panels, [("helix angle [degrees]", (-60, 60), "coolwarm", 0, 1)], "Fibres", path)
@@ -46,7 +69,7 @@ def picture_potential(ep, times, path):
     compose(panels, [bar], "Electric activity", path)
 
 
-def picture_activation(activation, path):
+def picture_activation(activation, captions, path):
     times = 1e3 * activation.field("activation_time", 0)
     limits = (0, max(1.0, np.nanmax(times)))
     grid = activation.grid(0, t=np.where(np.isfinite(times), times, limits[1]))
@@ -54,7 +77,7 @@ def picture_activation(activation, path):
     isochrones.SetInputArrayToProcess(0, 0, 0, 0, "t")
     isochrones.GenerateValues(int(limits[1] // 10), 10, 10 * (limits[1] // 10))
     panels = []
-    for half, caption in ((grid, "epicardium"), (far_half(grid), "endocardium and section")):
+    for half, caption in zip((grid, far_half(grid)), captions):
         skin = surface(half)
         lines = line(run(isochrones, skin), (0.1, 0.1, 0.1), 1.5)
         panels.append((render([actor(skin, "t", limits, "viridis_r"), lines], bounds(activation.points)), caption))
@@ -68,8 +91,8 @@ def picture_flow(fluid, instant, what, path):
     low, high = np.percentile(p, [0.5, 99.5])
     limits = (low, max(high, low + 0.1))
     grid = fluid.grid(instant, "motion", u=u, speed=speed, p=p)
-    cut, box = section(grid), bounds(fluid.points)
-    arrows = glyphs(lattice(grid, 3.5e-3, box), "u", 8e-3 / fastest, arrow=True)
+    cut, box = section(grid), moved_bounds(fluid, [instant])
+    arrows = arrows_of(grid, box, fastest)
     velocity = [actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)]
     panels = [(render(velocity, box), "velocity"), (render([actor(cut, "p", limits, "viridis")], box), "pressure")]
     compose(panels, [("speed [m/s]", (0, fastest), "Spectral_r", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
@@ -119,9 +142,10 @@ def picture_flows(named_folders, path):
     runs = {name: Series(folder / "fields/fluid.h5") for name, folder in named_folders.items()}
     rows, bars, n = [], [], len(runs)
     for what, time in instants_of_flow(History(next(iter(named_folders.values())))):
-        fields = {}
+        fields, boxes = {}, {}
         for name, fluid in runs.items():
             i = fluid.nearest(time)
+            boxes[name] = moved_bounds(fluid, [i])
             u = fluid.field("velocity", i)
             fields[name] = fluid.grid(i, "motion", u=u, speed=np.linalg.norm(u, axis=1), p=fluid.field("pressure", i) / MMHG)
         speed = np.concatenate([values_of(grid, "speed") for grid in fields.values()])
@@ -131,8 +155,8 @@ def picture_flows(named_folders, path):
         velocities, pressures = [], []
         for name, grid in fields.items():
             caption = f"{name}: {what.removeprefix('isovolumetric ')}, {milliseconds(runs[name].times[runs[name].nearest(time)])}"
-            cut, box = section(grid), bounds(runs[name].points)
-            arrows = glyphs(lattice(grid, 3.5e-3, box), "u", 8e-3 / fastest, arrow=True)
+            cut, box = section(grid), boxes[name]
+            arrows = arrows_of(grid, box, fastest)
             velocities.append((render([actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)], box),
                                caption))
             pressures.append((render([actor(cut, "p", limits, "viridis")], box), caption))
@@ -147,20 +171,22 @@ def restart_with_display():
         return
     if not shutil.which("xvfb-run"):
         sys.exit("pictures need a display: set DISPLAY or install xvfb")
-    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", sys.executable, *sys.argv])
+    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", sys.executable, __file__, *sys.argv[1:]])
 
 
-def pictures_of(folder, times, out):
+def pictures_of(folder, times, out, with_films):
     """All pictures that the fields of a run allow."""
     series = {path.stem: Series(path) for path in sorted((folder / "fields").glob("*.h5"))}
+    if with_films:
+        films.write(series, History(folder), out / "films.json")
     if "mech" in series:
         if series["mech"].has("fibres"):
-            picture_fibres(series["mech"], out / "fibres.png")
+            picture_fibres(series["mech"], sides(folder), out / "fibres.png")
         picture_deformation(series["mech"], times, out / "deformation.png")
     if "ep" in series:
         picture_potential(series["ep"], times, out / "potential.png")
     if "activation" in series:
-        picture_activation(series["activation"], out / "activation.png")
+        picture_activation(series["activation"], sides(folder), out / "activation.png")
     if "fluid" in series:
         history = History(folder)
         for flow, what in (("aortic_flow", "ejection"), ("mitral_flow", "filling")):
@@ -177,6 +203,7 @@ def main():
     parser.add_argument("--name", default="picture", help="of the picture of --flow and --electric")
     parser.add_argument("--times", nargs="+", type=float, default=[30, 60, 100, 300], metavar="MS",
                         help="instants of the potential and the deformation [ms]")
+    parser.add_argument("--films", action="store_true", help="films.json, too, for report.html")
     parser.add_argument("--out", help="folder for the pictures; default: FOLDER/report")
     options = parser.parse_args()
     if not (options.out or options.folder):
@@ -191,7 +218,7 @@ def main():
     if options.electric:
         picture_electric(Series(options.electric / "fields/ep.h5"), times, out / f"{options.name}.png")
     if options.folder:
-        pictures_of(options.folder, times, out)
+        pictures_of(options.folder, times, out, options.films)
 
 
 if __name__ == "__main__":

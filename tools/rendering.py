@@ -57,10 +57,17 @@ def run(algorithm, data):
     return algorithm.GetOutput()
 
 
+def middle(grid):
+    """y of the plane that cuts the body: 0 where it lies around, else that of its centre."""
+    _, _, low, high, _, _ = grid.GetBounds()
+    return 0.0 if low * high < 0 else 0.5 * (low + high)
+
+
 def far_half(grid):
-    """What lies behind the plane y = 0, seen from the front."""
+    """What lies behind the middle, seen from the front."""
     plane = vtk.vtkPlane()
     plane.SetNormal(0, 1, 0)
+    plane.SetOrigin(0, middle(grid), 0)
     clip = vtk.vtkTableBasedClipDataSet()
     clip.SetClipFunction(plane)
     return run(clip, grid)
@@ -69,7 +76,7 @@ def far_half(grid):
 def section(grid):
     plane, cutter = vtk.vtkPlane(), vtk.vtkCutter()
     plane.SetNormal(0, 1, 0)
-    plane.SetOrigin(0, 1e-7, 0)  # off the nodes
+    plane.SetOrigin(0, middle(grid) + 1e-7, 0)  # off the nodes
     cutter.SetCutFunction(plane)
     return run(cutter, grid)
 
@@ -133,10 +140,10 @@ def thinned(data, n):
 
 
 def lattice(grid, spacing, box):
-    """The grid's fields on an even lattice of points in the plane y = 0."""
+    """The grid's fields on an even lattice of points in the plane of the section."""
     x, z = np.meshgrid(*(np.arange(box[0][c] + 0.5 * spacing, box[1][c], spacing) for c in (0, 2)))
     points, cloud, probe = vtk.vtkPoints(), vtk.vtkPolyData(), vtk.vtkProbeFilter()
-    points.SetData(numpy_to_vtk(np.column_stack([x.ravel(), np.full(x.size, 1e-7), z.ravel()]), deep=True))
+    points.SetData(numpy_to_vtk(np.column_stack([x.ravel(), np.full(x.size, middle(grid) + 1e-7), z.ravel()]), deep=True))
     cloud.SetPoints(points)
     probe.SetSourceData(grid)
     return run(probe, cloud)  # zero outside: no arrow
@@ -237,7 +244,8 @@ def compose_rows(rows, bars_of_rows, title, path):
             scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits), colours)
             figure.colorbar(scale, cax=axis, orientation="horizontal", label=label)
     figure.suptitle(title, fontsize=13)
-    figure.savefig(path, dpi=150 if len(rows) == 1 else 90)
+    figure.savefig(path, dpi=200 if len(rows) == 1 else 130)
+    figure.savefig(path.with_suffix(".pdf"), dpi=300)
     plt.close(figure)
     print(path)
 

@@ -1,6 +1,8 @@
 """The command line and the variables of mpirun."""
 import os
 
+from .terminal import TERMINAL
+
 # Ranks wait asleep most of the time and may share cores.
 VARIABLES = {"OMPI_MCA_mpi_yield_when_idle": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
              "OMPI_MCA_hwloc_base_binding_policy": "none", "OMP_NUM_THREADS": "1"}
@@ -10,7 +12,8 @@ if os.geteuid() == 0:
 
 def arguments(plan, nodes, placed):
     words = []
-    passed_on = [word for name in ("OMP_NUM_THREADS", "HEARTBUS_PULSE") for word in ("-x", name)] if nodes else []
+    names = ["OMP_NUM_THREADS", "HEARTBUS_PULSE", *(["HEARTBUS_LIVE"] if TERMINAL.is_live else [])]
+    passed_on = [word for name in names for word in ("-x", name)] if nodes else []
     for k, program in enumerate(plan.programs):
         words += [":"] if words else []
         if nodes:

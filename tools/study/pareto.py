@@ -16,6 +16,9 @@ from fnmatch import fnmatch
 
 import numpy as np
 import yaml
+from matplotlib import patheffects
+
+from reporting import style
 
 from . import measures
 from .figures import label, plt, save
@@ -23,8 +26,6 @@ from .scene import StudyError
 
 COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
 SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p", "activation")}
-# Distinct to the colour-blind (Okabe and Ito, jfly.uni-koeln.de/color); then again, with another line around.
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#b5a900"]
 SHAPES = "osD^vP*X"
 
 
@@ -105,13 +106,15 @@ def chart(study, rows, error, floor, path):
     points = [(row[COST], max(row[error], least), row) for row in rows]
     schemes = list(dict.fromkeys(row.get("scheme", row["run"]) for row in rows))
     meshes = list(dict.fromkeys(row.get("mesh", "") for row in rows))
+    looks = dict(zip(schemes, zip(style.colours(schemes), (edge(i) for i in range(len(schemes))))))
     for cost, value, row in points:
-        i, shape = schemes.index(row.get("scheme", row["run"])), SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
-        axis.plot(cost, value, shape, color=COLOURS[i % len(COLOURS)], ms=7, mec="0.2" if i < len(COLOURS) else "red", mew=0.5)
+        shade, around = looks[row.get("scheme", row["run"])]
+        shape = SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
+        axis.plot(cost, value, shape, color=shade, ms=7, mec=around, mew=0.5)
         if "cost_min_s" in row:
-            axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=COLOURS[i % len(COLOURS)], lw=1)
+            axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=shade, lw=1)
     best = sorted(((cost, value, row["run"]) for cost, value, row in points if row[f"front_{error}"]))
-    axis.step(*zip(*[point[:2] for point in best]), where="post", color="0.4", lw=1)
+    axis.step(*zip(*[point[:2] for point in best]), where="post", color="0.75", lw=1, zorder=1)
     axis.plot(*zip(*[point[:2] for point in best]), "o", mfc="none", color="black", ms=13)
     axis.margins(0.12)
     if floor:
@@ -120,14 +123,18 @@ def chart(study, rows, error, floor, path):
     put_labels(drawing, axis, best, [point[:2] for point in points])
     axis.set_xlabel("cost of the run with electrophysiology and start [CPU s]")
     axis.set_ylabel(label(error) + f" against {study.reference}")
-    legends(axis, schemes, meshes, floor)
+    legends(axis, looks, meshes, floor)
     save(drawing, path, study.about)
 
 
-def legends(axis, schemes, meshes, floor):
+def edge(i):
+    """Of a marker: when the colours begin anew, another one."""
+    return "0.2" if i < len(style.PALETTE) else "red"
+
+
+def legends(axis, looks, meshes, floor):
     """Colours of the schemes and shapes of the meshes, apart."""
-    first = [plt.Line2D([], [], ls="", marker="o", color=COLOURS[i % len(COLOURS)], label=name,
-                        mec="0.2" if i < len(COLOURS) else "red") for i, name in enumerate(schemes)]
+    first = [plt.Line2D([], [], ls="", marker="o", color=shade, label=name, mec=around) for name, (shade, around) in looks.items()]
     second = [plt.Line2D([], [], ls="", marker=SHAPES[i % len(SHAPES)], color="0.5", label=name)
               for i, name in enumerate(meshes) if name]
     second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
@@ -154,6 +161,7 @@ def put_labels(drawing, axis, points, all_points):
         taken.append(box)
         axis.annotate(name, axis.transData.inverted().transform((x, y)), xytext=(7 * side, shift),
                       textcoords="offset points", ha="left" if side > 0 else "right", va="center", fontsize=6.5,
+                      path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white")],
                       arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkA": 0} if shift else None)
 
 
