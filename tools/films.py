@@ -7,7 +7,7 @@ import numpy as np
 import vtk
 from PIL import Image
 
-from rendering import actor, bounds, far_half, glyphs, lattice, milliseconds, plt, render, section, surface, warped
+from rendering import actor, arrows, bounds, far_half, lattice, milliseconds, plt, render, section, surface, warped
 from results import MMHG
 
 SIZE = (300, 440)  # pixels of a frame
@@ -109,8 +109,9 @@ def blood_films(fluid, times):
         i = fluid.nearest(time)
         u = fluid.field("velocity", i)
         grid = fluid.grid(i, "motion", u=u, speed=np.linalg.norm(u, axis=1))
-        arrows = glyphs(lattice(grid, (box[1][2] - box[0][2]) / 22, box), "u", (box[1][2] - box[0][2]) / 9 / fastest, arrow=True)
-        return [actor(section(grid), "speed", (0, fastest), "YlGnBu"), actor(arrows, colour=(0.1, 0.1, 0.1))]
+        spacing = (box[1][2] - box[0][2]) / 22
+        pointing = arrows(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest)
+        return [actor(section(grid), "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=(0.1, 0.1, 0.1))]
 
     def pressure(time):
         i = fluid.nearest(time)

@@ -21,22 +21,23 @@ try:
 except ImportError as error:
     sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
 
-from rendering import (Series, actor, bounds, compose, compose_rows, far_half, glyphs, lattice, line, milliseconds, render,
-                       run, section, surface, thinned, values_of, warped)
+from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, render,
+                       run, section, streamlines, surface, values_of, warped)
 from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
 
 
 def moved_bounds(fluid, instants):
-    """Of the body as it is then, which may reach beyond that at rest."""
-    return bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
+    """Of the body as it is then, which may reach beyond that at rest, with room for arrows that leave it."""
+    low, high = bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
+    return low - 0.06 * (high - low), high + 0.06 * (high - low)
 
 
 def arrows_of(grid, box, fastest):
     """Of the velocity, on an even lattice; the fastest reach over two of its spacings."""
     spacing = (box[1][2] - box[0][2]) / 24
-    return glyphs(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest, arrow=True)
+    return arrows(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest)
 
 
 def sides(folder):
@@ -51,11 +52,11 @@ def picture_fibres(mech, captions, path):
     angle = np.degrees(np.arctan(f[:, 2] / np.where(abs(around) < 1e-12, 1e-12, around)))
     grid = mech.grid(0, fibre=f, angle=angle)
     panels = []
-    for half, caption in zip((grid, far_half(grid)), captions):
-        skin = surface(half)
-        rods = glyphs(thinned(skin, 3000), "fibre", 0.03 * np.ptp(x, axis=0).max(), arrow=False)
-        panels.append((render([actor(skin, colour=(0.93, 0.88, 0.86)), actor(rods, "angle", (-60, 60), "coolwarm")],
-                              bounds(x)), caption))
+    size = np.ptp(x, axis=0).max()
+    lines = streamlines(grid, "fibre", 3000, 0.2 * size, 0.0035 * size)
+    for half, along, caption in zip((grid, far_half(grid)), (lines, far_half(lines)), captions):
+        panels.append((render([actor(surface(half), colour=(0.93, 0.88, 0.86), opacity=0.15),
+                               actor(surface(along), "angle", (-60, 60), "coolwarm")], bounds(x)), caption))
     compose(panels, [("helix angle [degrees]", (-60, 60), "coolwarm", 0, 1)], "Fibres", path)
 
 
@@ -92,10 +93,10 @@ def picture_flow(fluid, instant, what, path):
     limits = (low, max(high, low + 0.1))
     grid = fluid.grid(instant, "motion", u=u, speed=speed, p=p)
     cut, box = section(grid), moved_bounds(fluid, [instant])
-    arrows = arrows_of(grid, box, fastest)
-    velocity = [actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)]
+    pointing = arrows_of(grid, box, fastest)
+    velocity = [actor(cut, "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=INK)]
     panels = [(render(velocity, box), "velocity"), (render([actor(cut, "p", limits, "viridis")], box), "pressure")]
-    compose(panels, [("speed [m/s]", (0, fastest), "Spectral_r", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
+    compose(panels, [("speed [m/s]", (0, fastest), "YlGnBu", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
             f"Blood in {what}, {milliseconds(fluid.times[instant])}", path)
 
 
@@ -156,12 +157,12 @@ def picture_flows(named_folders, path):
         for name, grid in fields.items():
             caption = f"{name}: {what.removeprefix('isovolumetric ')}, {milliseconds(runs[name].times[runs[name].nearest(time)])}"
             cut, box = section(grid), boxes[name]
-            arrows = arrows_of(grid, box, fastest)
-            velocities.append((render([actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)], box),
+            pointing = arrows_of(grid, box, fastest)
+            velocities.append((render([actor(cut, "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=INK)], box),
                                caption))
             pressures.append((render([actor(cut, "p", limits, "viridis")], box), caption))
         rows.append(velocities + pressures)
-        bars.append([("speed [m/s]", (0, fastest), "Spectral_r", 0, n - 1),
+        bars.append([("speed [m/s]", (0, fastest), "YlGnBu", 0, n - 1),
                      ("pressure [mmHg]", limits, "viridis", n, 2 * n - 1)])
     compose_rows(rows, bars, "Velocity and pressure of the blood", path)
 

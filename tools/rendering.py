@@ -149,29 +149,34 @@ def lattice(grid, spacing, box):
     return run(probe, cloud)  # zero outside: no arrow
 
 
-def glyphs(points, vectors, length, arrow):
-    """Rods, or arrows scaled by the vectors' length."""
+def arrows(points, vectors, length):
+    """Scaled by the vectors' length."""
     points.GetPointData().SetActiveVectors(vectors)
-    if arrow:
-        source = vtk.vtkArrowSource()
-        source.SetTipLength(0.35)
-        source.SetTipRadius(0.1)
-        source.SetShaftRadius(0.03)
-        shape = source.GetOutputPort()
-    else:
-        source, rotate, turn = vtk.vtkCylinderSource(), vtk.vtkTransformPolyDataFilter(), vtk.vtkTransform()
-        source.SetRadius(0.09)
-        source.SetResolution(8)
-        turn.RotateZ(90)  # a cylinder stands along y, glyphs along x
-        rotate.SetTransform(turn)
-        rotate.SetInputConnection(source.GetOutputPort())
-        shape = rotate.GetOutputPort()
-    glyph = vtk.vtkGlyph3D()
-    glyph.SetSourceConnection(shape)
+    source, glyph = vtk.vtkArrowSource(), vtk.vtkGlyph3D()
+    source.SetTipLength(0.35)
+    source.SetTipRadius(0.1)
+    source.SetShaftRadius(0.03)
+    glyph.SetSourceConnection(source.GetOutputPort())
     glyph.SetVectorModeToUseVector()
-    glyph.SetScaleModeToScaleByVector() if arrow else glyph.SetScaleModeToDataScalingOff()
+    glyph.SetScaleModeToScaleByVector()
     glyph.SetScaleFactor(length)
     return run(glyph, points)
+
+
+def streamlines(grid, vectors, n, length, radius):
+    """Tubes along the vectors, through about n of the points of the grid, the same in every picture."""
+    grid.GetPointData().SetActiveVectors(vectors)
+    tracer, tube = vtk.vtkStreamTracer(), vtk.vtkTubeFilter()
+    tracer.SetInputData(grid)
+    tracer.SetSourceData(thinned(grid, n))
+    tracer.SetIntegrationDirectionToBoth()
+    tracer.SetIntegratorTypeToRungeKutta4()
+    tracer.SetMaximumPropagation(length)
+    tracer.SetComputeVorticity(False)
+    tracer.Update()
+    tube.SetRadius(radius)
+    tube.SetNumberOfSides(6)
+    return run(tube, tracer.GetOutput())
 
 
 @functools.lru_cache(maxsize=None)

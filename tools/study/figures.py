@@ -89,7 +89,7 @@ def against(study, _, figure, runs, done, path):
 def log_axis(axis, values):
     """A logarithmic abscissa marked at the values there are."""
     axis.set_xscale("log")
-    axis.set_xticks(values, [f"{value:.4g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
+    axis.set_xticks(values, [f"{value:.6g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
     axis.minorticks_off()
 
 
