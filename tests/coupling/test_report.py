@@ -302,7 +302,18 @@ class OneCommand(Temporary):
                 self.assertIn("--", self.succeed(command, "--help"))
         self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
 
+    def test_the_shell_completes_commands_examples_and_options(self):
+        def completed(*words):
+            script = (f"source {SOURCE}/tools/completion.sh; COMP_WORDS=({SOURCE}/tools/heartbus {' '.join(words)}); "
+                      f"COMP_CWORD={len(words)}; _heartbus; echo ${{COMPREPLY[@]}}")
+            return subprocess.run(["bash", "-c", script], cwd=self.folder, stdout=subprocess.PIPE, text=True).stdout.split()
+        self.assertEqual(completed("re"), ["report"])
+        self.assertEqual(completed("example", "pis"), ["piston"])
+        self.assertIn("--charts", completed("report", "--"))
+        self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
     def test_from_an_example_to_a_report_and_no_result_is_lost(self):
+        """The second run has almost the alpha that the piston's wall bears, as the first one has found it."""
         self.assertIn("piston", self.succeed("example"))
         self.succeed("example", "piston")
         self.assertIn("# ", (self.folder / "piston.yaml").read_text())
@@ -311,25 +322,19 @@ class OneCommand(Temporary):
                  "--out", "out"]
         said = self.succeed(*words)
         self.assertIn("largest volume", said)
+        self.assertNotIn("Implausible", said)
         before = (self.folder / "out/history.csv").read_bytes()
-        again = self.heartbus(*words, "--set", "alpha=4000 kg/(m^2 s)")
+        alpha = f"alpha={0.95 * Run(self.folder / 'out').history['alpha_limit'][-1]:.0f} kg/(m^2 s)"
+        again = self.heartbus(*words, "--set", alpha)
         self.assertEqual(again.code, 8, again.output)
         self.assertIn("--force", again.output)
         self.assertEqual((self.folder / "out/history.csv").read_bytes(), before)
-        self.succeed(*words, "--set", "alpha=4000 kg/(m^2 s)", "--force")
-        self.assertNotEqual((self.folder / "out/history.csv").read_bytes(), before)
-        about = json.loads((self.folder / "out/provenance.json").read_text())
-        self.assertIn("alpha=4000 kg/(m^2 s)", about["command"])
-        self.assertIn("alpha=4000 kg/(m^2 s)", (self.folder / "out/report/report.html").read_text())
-
-    def test_a_run_ends_with_what_is_implausible(self):
-        """The limit of the piston's wall is 20400 to 22800 kg/(m^2 s), by its mesh and step: read, then almost reached."""
-        words = ["run", PISTON, "--ranks", "1", "--oversubscribe", "--set", "time.end=20 ms", "--set", "output.every=0 ms"]
-        self.assertNotIn("Implausible", self.succeed(*words, "--out", "first"))
-        limit = Run(self.folder / "first").history["alpha_limit"][-1]
-        said = self.succeed(*words, "--out", "second", "--set", f"alpha={0.95 * limit:.0f} kg/(m^2 s)")
+        said = self.succeed(*words, "--set", alpha, "--force")
         self.assertIn("Implausible:", said)
         self.assertIn("coupling.alpha: 'auto'", said)
+        about = json.loads((self.folder / "out/provenance.json").read_text())
+        self.assertIn(alpha, about["command"])
+        self.assertIn(alpha, (self.folder / "out/report/report.html").read_text())
 
 
 class Tables(Temporary):

@@ -15,7 +15,7 @@ CLAMPED = 0.05           # share of the nodes
 NEAR_LIMIT = 0.9         # of what the coupling bears
 MESH_J = 0.2             # a cell of the fluid's mesh squeezed to a fifth is near to being inverted
 LOSS = 5.0               # percent of the volume; the paper's EFS1 loses 3.5 and 3.7
-DISAGREEMENT = 0.02      # of the largest pressure, in
+DISAGREEMENT = 0.02      # of the largest pressure, or of 1 kPa where that is less, in
 STEPS_IN_A_ROW = 6       # as many as the fluid solver's watch looks at
 PERIODIC = 2.0           # percent
 
@@ -125,7 +125,7 @@ def disagreement(run):
                               "coupling.alpha", "the larger the less is lost; or coupling.scheme: EFS1-corrected, E1FS")
     if "disagreement" in run.history and "mean_pressure" in run.history:
         largest = abs(run.history["mean_pressure"]).max()
-        large = run.history["disagreement"] > DISAGREEMENT * max(largest, 1.0)
+        large = run.history["disagreement"] > DISAGREEMENT * max(largest, 1e3)
         if longest_stretch(large) >= STEPS_IN_A_ROW:
             k = np.argmax(run.history["disagreement"])
             yield Finding(f"blood and wall disagree by up to {run.history['disagreement'][k]:.0f} Pa, at "
