@@ -7,7 +7,7 @@ import numpy as np
 import vtk
 from PIL import Image
 
-from rendering import actor, arrows, bounds, far_half, lattice, milliseconds, plt, render, section, surface, warped
+from rendering import actor, arrows, bounds, far_half, lattice, milliseconds, moved_bounds, plt, render, section, surface, warped
 from results import MMHG
 
 SIZE = (300, 440)  # pixels of a frame
@@ -103,7 +103,7 @@ def blood_films(fluid, times):
     fastest = max(0.01, largest(fluid, "velocity", times, lambda u: np.percentile(np.linalg.norm(u, axis=1), 99.8)))
     spreads = [np.percentile(abs(p - np.median(p)), 99) for p in (fluid.field("pressure", fluid.nearest(t)) for t in times)]
     spread = max(0.01, np.percentile(spreads, 90) / MMHG)  # not of the instants at which valves switch
-    box = bounds(np.concatenate([fluid.points + fluid.field("motion", fluid.nearest(time)) for time in times]))
+    box = moved_bounds(fluid, {fluid.nearest(time) for time in times})
 
     def velocity(time):
         i = fluid.nearest(time)

@@ -21,17 +21,11 @@ try:
 except ImportError as error:
     sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
 
-from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, render,
-                       run, section, streamlines, surface, values_of, warped)
+from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, moved_bounds,
+                       render, run, section, streamlines, surface, values_of, warped)
 from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
-
-
-def moved_bounds(fluid, instants):
-    """Of the body as it is then, which may reach beyond that at rest, with room for arrows that leave it."""
-    low, high = bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
-    return low - 0.06 * (high - low), high + 0.06 * (high - low)
 
 
 def arrows_of(grid, box, fastest):

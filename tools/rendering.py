@@ -219,6 +219,12 @@ def bounds(points):
     return points.min(axis=0), points.max(axis=0)
 
 
+def moved_bounds(fluid, instants):
+    """Of the body as it is then, which may reach beyond that at rest, with room for arrows that leave it."""
+    low, high = bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
+    return low - 0.06 * (high - low), high + 0.06 * (high - low)
+
+
 def values_of(grid, name):
     return vtk_to_numpy(grid.GetPointData().GetArray(name))
 

@@ -185,7 +185,7 @@ class Reports(Temporary):
         one, two = self.run_with_picture("one"), write(self.folder / "two", *healthy())
         self.report(one, "--charts")
         text = self.page(one / "report/report.html")
-        for part in ("ejection fraction", "50.0", "Pressure-volume loop", "Cost by part", "Nothing implausible", "data:image/png",
+        for part in ("ejection fraction", "50.0", "Pressure-volume loop", "Cost by part", "Nothing implausible", "data:image/webp",
                      "scene.resolved.yaml"):
             self.assertIn(part, text)
         for ending in style.FORMATS:
