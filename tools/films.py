@@ -7,7 +7,7 @@ import numpy as np
 import vtk
 from PIL import Image
 
-from rendering import actor, arrows, bounds, far_half, lattice, milliseconds, moved_bounds, plt, render, section, surface, warped
+from rendering import actor, arrows, bounds, lattice, milliseconds, moved_bounds, opened, plt, render, section, surface, warped
 from results import MMHG
 
 SIZE = (300, 440)  # pixels of a frame
@@ -81,7 +81,7 @@ def wall_films(series, times):
             def draw(time):
                 i = ep.nearest(time)
                 d = follow(mech.field("displacement", mech.nearest(time))) if follow else np.zeros_like(ep.points)
-                grid = far_half(ep.grid(i, value=factor * ep.field(name, i), d=d))
+                grid = opened(ep.grid(i, value=factor * ep.field(name, i), d=d))
                 return [actor(surface(warped(grid, "d")), "value", limits, colours)]
             return draw
         highest = max(0.1, largest(ep, "calcium", times, np.max))
@@ -92,7 +92,7 @@ def wall_films(series, times):
 
         def displaced(time):
             d = mech.field("displacement", mech.nearest(time))
-            grid = far_half(mech.grid(d=d, size=1e3 * np.linalg.norm(d, axis=1)))
+            grid = opened(mech.grid(d=d, size=1e3 * np.linalg.norm(d, axis=1)))
             return [actor(surface(warped(grid, "d")), "size", (0, most), "cividis", edges=True)]
         films["displacement"] = Film("displacement [mm]", (0, most), "cividis", box, displaced)
     return films

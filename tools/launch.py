@@ -77,7 +77,7 @@ def tell(folder):
     run = Run(folder)
     print("\n" + tables.for_terminal(*tables.indicators([run])))
     found = plausibility.findings(run)
-    print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found), end="\n\n" if found else "")
+    print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found) + "\n" * bool(found))
     command = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
     if subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode != 0:
         print("No report: tools/report.py failed", file=sys.stderr)

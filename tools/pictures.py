@@ -22,7 +22,7 @@ except ImportError as error:
     sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
 
 from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, moved_bounds,
-                       render, run, section, streamlines, surface, values_of, warped)
+                       opened, render, run, section, streamlines, surface, values_of, warped)
 from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
@@ -57,7 +57,7 @@ def picture_fibres(mech, captions, path):
 def picture_potential(ep, times, path):
     limits, panels = (-90, 40), []
     for instant in sorted({ep.nearest(time) for time in times}):
-        wall = surface(far_half(ep.grid(instant, v=1e3 * ep.field("potential", instant))))
+        wall = surface(opened(ep.grid(instant, v=1e3 * ep.field("potential", instant))))
         image = render([actor(wall, "v", limits, "inferno")], bounds(ep.points))
         panels.append((image, milliseconds(ep.times[instant])))
     bar = ("transmembrane potential [mV]", limits, "inferno", 0, len(panels) - 1)
@@ -98,12 +98,12 @@ def picture_deformation(mech, times, path):
     instants = sorted({mech.nearest(time) for time in times})
     sizes = {i: 1e3 * np.linalg.norm(mech.field("displacement", i), axis=1) for i in instants}
     limits = (0, max(1.0, max(size.max() for size in sizes.values())))
-    rest = run(vtk.vtkFeatureEdges(), surface(far_half(mech.grid())))
+    rest = run(vtk.vtkFeatureEdges(), surface(opened(mech.grid())))
     moved = np.concatenate([mech.points + mech.field("displacement", i) for i in instants] + [mech.points])
     panels = []
     for i in instants:
         d = mech.field("displacement", i)
-        wall = surface(warped(far_half(mech.grid(d=d, size=sizes[i])), "d"))  # the same half of the tissue always
+        wall = surface(warped(opened(mech.grid(d=d, size=sizes[i])), "d"))  # the same half of the tissue always
         panels.append((render([actor(wall, "size", limits, "cividis", edges=True), line(rest, (0.75, 0.1, 0.1), 1.5)],
                               bounds(moved)), milliseconds(mech.times[i])))
     compose(panels, [("displacement [mm]; red: shape at rest", limits, "cividis", 0, len(panels) - 1)], "Deformation",
@@ -115,7 +115,7 @@ def picture_electric(ep, times, path):
     limits, calcium_limits, rows = (-90, 40), (0, 1.2), [[], []]
     for instant in sorted({ep.nearest(time) for time in times}):
         grid = ep.grid(instant, v=1e3 * ep.field("potential", instant), c=ep.field("calcium", instant))
-        wall, box = surface(far_half(grid)), bounds(ep.points)
+        wall, box = surface(opened(grid)), bounds(ep.points)
         rows[0].append((render([actor(wall, "v", limits, "inferno")], box), milliseconds(ep.times[instant])))
         rows[1].append((render([actor(wall, "c", calcium_limits, "viridis")], box), ""))
     last = len(rows[0]) - 1

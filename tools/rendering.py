@@ -73,6 +73,14 @@ def far_half(grid):
     return run(clip, grid)
 
 
+def opened(grid):
+    """A hollow body cut open, another one whole."""
+    locator = vtk.vtkStaticCellLocator()
+    locator.SetDataSet(grid)
+    locator.BuildLocator()
+    return far_half(grid) if locator.FindCell(grid.GetCenter()) < 0 else grid
+
+
 def section(grid):
     plane, cutter = vtk.vtkPlane(), vtk.vtkCutter()
     plane.SetNormal(0, 1, 0)
