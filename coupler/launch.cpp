@@ -59,9 +59,9 @@ std::string quoted(const std::string &word) {
 double estimated_memory(const std::vector<AppContext> &contexts, const SceneParameters &scene) {
   constexpr double of_a_rank = 180. * (1 << 20), of_an_unknown = 4.4 * (1 << 10);
   const bool has_fluid = scene.has("fluid") || scene.has("fsi");
-  double unknowns = 3. * geometry::make_solid(scene.geometry).points.size();
+  double unknowns = 3. * geometry::n_solid_points(scene.geometry);
   if (has_fluid)
-    unknowns += 4. * geometry::make_fluid(scene.geometry).points.size();
+    unknowns += 4. * geometry::n_fluid_points(scene.geometry);
   double memory = of_an_unknown * unknowns;
   for (const AppContext &context : contexts)
     memory += of_a_rank * context.ranks;

@@ -89,8 +89,8 @@ struct SceneParameters {
 
  private:
   void check_consistency(config::Section &section) const;
-  void check_boundaries(config::Section &section, config::Section &wall, config::Section &lifting,
-                        config::Section &blood) const;
+  void check_boundaries(config::Section &section, config::Section &directions, config::Section &wall,
+                        config::Section &lifting, config::Section &blood) const;
 };
 
 /// Reads a scene from its text, as every participant gets it from the coupler. Throws Failure(scene).
