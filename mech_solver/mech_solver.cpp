@@ -1,6 +1,7 @@
 #include "mech_solver/mech_solver.h"
 
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_faces.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
@@ -51,6 +52,7 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.input("calcium", "tissue", 1, "uM", calcium_);
   if (space_.has_label("interface")) {
     bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    fem::declare_faces(space_, "interface", bus);
     bus.input("blood_force", "interface", 3, "N", blood_force_);
     bus.output("held", "interface", 3, "1", "always", held_);
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);

@@ -14,8 +14,7 @@ from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
 from launching.watch import FILE, Watch
 
-ROOT = Path(__file__).resolve().parents[1]
-BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
+ROOT = Path(__file__).resolve().parents[1]  # of the source, or share/heartbus
 SCENE = 2  # exit code
 
 
@@ -33,7 +32,7 @@ def parse(words):
     parser.add_argument("-h", "--help", action="store_true", help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(words)
     if options.help:
-        subprocess.run([BIN / "coupler", "--help"], check=False)
+        subprocess.run([programs() / "coupler", "--help"], check=False)
         print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
         sys.exit(0)
     return options, others
@@ -61,26 +60,37 @@ def launch(plan, nodes, placed):
             folders.remove()
 
 
-def main():
-    options, others = parse(sys.argv[1:])
-    plan = ask_coupler(BIN / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
+def programs():
+    """Where the coupler is: as told, as built, or as installed."""
+    built, installed = ROOT / "build/release/bin", ROOT.parents[1] / "bin"
+    return Path(os.environ.get("HEARTBUS_BIN", built if built.exists() else installed))
+
+
+def run(words):
+    """(exit code, plan if something has been run)."""
+    options, others = parse(words)
+    plan = ask_coupler(programs() / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
     if isinstance(plan, int):
-        return plan
+        return plan, None
     if options.printed == "slurm":
         print(script.slurm(plan, options.placement, options.nodes, options.cores or hosts.own_cores()), end="")
-        return 0
+        return 0, None
     try:
         nodes = hosts.find_nodes(options.hosts)
         hosts.check_room(plan, nodes, options.oversubscribe)
     except hosts.Refusal as refusal:
         print(f"error: {refusal}", file=sys.stderr)
-        return SCENE
+        return SCENE, None
     placed = hosts.place(plan, nodes, options.placement) if nodes else None
     if options.printed == "mpirun":
         print(script.line(plan, nodes, placed))
-        return 0
-    code = launch(plan, nodes, placed)
-    if code == 0:
+        return 0, None
+    return launch(plan, nodes, placed), plan
+
+
+def main():
+    code, plan = run(sys.argv[1:])
+    if code == 0 and plan:
         if subprocess.run([sys.executable, ROOT / "tools/report.py", plan.folder], check=False).returncode != 0:
             print("No plots: tools/report.py failed", file=sys.stderr)
         print(f"Results in {plan.folder}")

@@ -147,8 +147,11 @@ void CouplingParameters::describe(config::Section &s) {
 
 void ParticipantParameters::describe(config::Section &s) {
   s.text("program", program, "executable, beside the coupler or on the PATH");
+  s.text("command", command, "in place of 'program': any program with its words, e.g. python3 my_ep.py --fast");
+  if (!command.empty())
+    program.clear();
   s.integer("ranks", ranks, {1, 100000}, "MPI processes");
-  config::Section &block = s.section("settings", "free keys, for programs from elsewhere");
+  config::Section &block = s.section("settings", "free keys of this participant; quantities carry units");
   for (const auto &key : block.free_keys())
     settings[key];
   for (auto &[key, value] : settings)
@@ -199,8 +202,8 @@ void SceneParameters::describe(config::Section &s) {
   for (auto &[participant, parameters] : participants) {
     check_name(who, participant, participant, "a participant");
     parameters.describe(who.section(participant, ""));
-    if (parameters.program.empty())
-      who.fail(participant, "has no 'program'");
+    if (parameters.program.empty() && parameters.command.empty())
+      who.fail(participant, "has neither 'program' nor 'command'");
   }
 
   ep.describe(s.section("electrophysiology", "electrical activity"));

@@ -55,10 +55,11 @@ Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), pre
 /// the wall probes with one force after the other how it moves itself and how the blood yields, until it knows the most
 /// compliant motion (mech_solver/interface_impedance.h).
 Nodes limit(bool is_followed) {
-  const Nodes one_force{transfer("probe_force", "mech", "fluid"), order("fluid", "probe"),
-                        transfer("probe_velocity", "fluid", "mech"), order("mech", "probe")};
+  const Nodes one_force{optional(transfer("probe_force", "mech", "fluid")), order("fluid", "probe"),
+                        optional(transfer("probe_velocity", "fluid", "mech")), order("mech", "probe")};
   const Nodes estimate{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")};
-  return {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), transfer("alpha_limit", "mech", "fluid")};
+  const Node known = transfer("alpha_limit", "mech", "fluid");
+  return {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), is_followed ? known : optional(known)};
 }
 
 /// Once fluid and wall: the fluid with a Robin condition made of the wall's last velocity and force, the wall with the
