@@ -38,12 +38,12 @@ class Conformance(unittest.TestCase):
                 self.assert_passes(role + "_solver", role)
 
     def test_a_foreign_one_passes(self):
-        self.assert_passes(f"python3 {SOURCE / 'tests/coupling/wrong_fluid.py'} nothing", "fluid")
+        self.assert_passes(f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} nothing", "fluid")
 
     def test_whoever_does_something_wrong_is_told_what(self):
         for mischief, failed, reason in WRONG:
             with self.subTest(mischief):
-                run = check(f"python3 {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
+                run = check(f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
                 self.assertEqual(run.returncode, 1, run.stdout)
                 told = [line for line in run.stdout.splitlines() if line.startswith("NO  ")]
                 self.assertEqual(len(told), 1, run.stdout)

@@ -1,6 +1,7 @@
 """A program of somebody else that does something wrong ends the launch: one message with the culprit, its code, nobody left."""
 import os
 import subprocess
+import sys
 import tempfile
 import textwrap
 import unittest
@@ -109,7 +110,7 @@ class Foreign(unittest.TestCase):
         for what, right, wrong, code, parts in WRONG:
             with self.subTest(what):
                 (self.folder / "mine.py").write_text(PYTHON.replace(right, wrong) if right else PYTHON)
-                self.assert_ends(self.launch("python3 mine.py"), code, parts)
+                self.assert_ends(self.launch(f"{sys.executable} mine.py"), code, parts)
 
     def test_a_crash_in_fortran_names_the_program_and_the_signal(self):
         (self.folder / "crash.f90").write_text(textwrap.dedent(CRASH))

@@ -1,5 +1,6 @@
 """docs/own_code.md: its commands alone make a participant of each example, outside of the source and against what is installed."""
 import csv
+import os
 import re
 import subprocess
 import sys
@@ -48,8 +49,8 @@ class OwnCode(unittest.TestCase):
 
     @staticmethod
     def environment():
-        import os
-        return {name: value for name, value in os.environ.items() if not name.startswith("HEARTBUS_")}
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("HEARTBUS_")}
+        return {**kept, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 
     def test_the_library_needs_mpi_only_and_hides_its_inside(self):
         library = next((BIN.parent / "lib").glob("libheartbus.so.*.*.*"))
