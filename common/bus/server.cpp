@@ -12,11 +12,11 @@ namespace {
 /// Idle participants wait for others much longer than any single answer takes; the coupler watches those who work.
 constexpr double patience_of_the_idle = 10;
 
-/// What is not finite must not spread: its origin would be lost.
-[[noreturn]] void name_what_is_not_finite(const std::vector<double> &values, const FieldInfo &field,
+/// What is not finite, or soon will not be, must not spread: its origin would be lost.
+[[noreturn]] void name_what_is_implausible(const std::vector<double> &values, const FieldInfo &field,
                                           const std::vector<double> &coordinates, const Step &step) {
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (!std::isfinite(values[i])) {
+    if (!(std::abs(values[i]) <= largest_plausible)) {
       std::ostringstream message;
       message << "field '" << field.name << "' is " << values[i];
       if (!field.is_global()) {
@@ -191,8 +191,8 @@ void Server::send(int route, const Step &step) {
   wait_until_taken(route);
   Outgoing &ends = link_.outgoing.at(route);
   ends.pack(step, *field.source);
-  if (!sends_anything && !ends.is_finite())
-    name_what_is_not_finite(
+  if (!sends_anything && !ends.is_plausible())
+    name_what_is_implausible(
         *field.source, field.info,
         field.info.is_global() ? std::vector<double>() : declared_.coordinates(field.info.point_set), step);
   ends.send();

@@ -3,6 +3,7 @@
 #include "common/bus/failure.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace heartbus::bus {
@@ -44,16 +45,17 @@ void for_each_value(const std::vector<int> &points, unsigned components, const M
 
 std::string name_of(const Peer &peer) { return peer.participant + " (rank " + std::to_string(peer.rank) + ")"; }
 
-/// Several at a time: zero times a number is zero unless that is not finite.
-bool all_finite(const double *numbers, std::size_t n) {
+/// Several at a time: beyond the limit, and then only, the first product is not finite, and the second not zero.
+bool all_plausible(const double *numbers, std::size_t n) {
   constexpr std::size_t width = 8;
+  constexpr double scale = std::numeric_limits<double>::max() / largest_plausible;
   double zeros[width] = {};
   std::size_t i = 0;
   for (; i + width <= n; i += width)
     for (std::size_t k = 0; k < width; ++k)
-      zeros[k] += 0. * numbers[i + k];
+      zeros[k] += 0. * (scale * numbers[i + k]);
   for (; i < n; ++i)
-    zeros[0] += 0. * numbers[i];
+    zeros[0] += 0. * (scale * numbers[i]);
   return std::accumulate(zeros, zeros + width, 0.) == 0;
 }
 
@@ -107,9 +109,9 @@ void Outgoing::pack(const Step &step, const std::vector<double> &values) {
   }
 }
 
-bool Outgoing::is_finite() {
+bool Outgoing::is_plausible() {
   return std::all_of(channels_.begin(), channels_.end(), [this](OutgoingChannel &channel) {
-    return all_finite(channel.message(), size_of(channel.peer(), components_));
+    return all_plausible(channel.message(), size_of(channel.peer(), components_));
   });
 }
 

@@ -11,6 +11,9 @@
 
 namespace heartbus::bus {
 
+/// No quantity of any unit has a larger value; products of a few such numbers are infinite, and then NaN, at the receiver's.
+inline constexpr double largest_plausible = 1e100;
+
 /// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it
 /// is a header (route, step, iteration, time, size) and the values at these points.
 class Outgoing {
@@ -19,7 +22,7 @@ class Outgoing {
   void add(const Peer &peer);
   bool is_free(); ///< whether the next values may be sent: there is room for two messages in a channel
   void pack(const Step &step, const std::vector<double> &values); ///< needs is_free()
-  bool is_finite();                                               ///< what has been packed
+  bool is_plausible();                                            ///< what has been packed is below largest_plausible
   void send();                                                    ///< what has been packed; does not ring
   void add_receivers(std::vector<int> &ranks) const;              ///< of the world, unless they are there already
   std::string busy_with();   ///< "mech (rank 1), fluid (rank 0)": who has not taken what was sent before

@@ -91,6 +91,8 @@ class Dummy : public bus::Solver {
   void misbehave() {
     if (mischief_ == "nan")
       signal_[1] = std::numeric_limits<double>::quiet_NaN();
+    if (mischief_ == "huge")
+      signal_[1] = 1e300;
     if (mischief_ == "fail" || mischief_ == "fail_in_collective")
       throw Failure(ExitCode::not_converged, "CG has not converged in 7 iterations");
     if (mischief_ == "exception")

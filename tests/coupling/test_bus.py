@@ -162,6 +162,10 @@ class Bus(unittest.TestCase):
         self.assert_cause(pair("nan", "a"), 6, "heartbus: a (rank 0): field 'signal' is nan at point (0, 0, 0.002)",
                           "component 1, step 1, iteration 0")
 
+    def test_what_would_overflow_is_refused_by_the_sender(self):
+        self.assert_cause(pair("huge", "a"), 6, "heartbus: a (rank 0): field 'signal' is 1e+300 at point (0, 0, 0.002)",
+                          "component 1, step 1, iteration 0")
+
     def test_a_waiting_participant_uses_less_than_a_twentieth_of_a_core(self):
         run = pair("slow", "a", b=2, steps=1)
         self.assertEqual(run.code, 0, run.err)

@@ -5,6 +5,7 @@ import argparse
 import json
 import re
 import sys
+import textwrap
 import time
 from dataclasses import asdict
 
@@ -17,7 +18,7 @@ BEGIN, END = "<!-- faults: begin, written by tests/faults/run --write -->", "<!-
 
 
 def cell(outcome):
-    text = f"{outcome.code} in {outcome.seconds:.1f} s"
+    text = f"{outcome.code}, {outcome.seconds:.1f}"
     return f"**{text}: {', '.join(outcome.complaints())}**" if outcome.complaints() else text
 
 
@@ -48,7 +49,8 @@ def table(outcomes):
     summary = (f"{len(made)} runs; the exit code is one of those expected in {sum(o.expected for o in made)}, the culprit is named in "
                f"{sum(o.named for o in made)}, processes are left by {sum(o.orphans > 0 for o in made)}, the last checkpoint restarts "
                f"in {sum(o.restarts for o in made)}. {time.strftime('%Y-%m-%d')}.")
-    return "\n".join([*head, *rows, "", summary, "", *(f"({k}) {note}.  " for k, note in enumerate(notes, 1))])
+    return "\n".join([*head, *rows, "", textwrap.fill(summary, 108), "", "| n/a | because |", "|---|---|",
+                      *(f"| ({k}) | {note} |" for k, note in enumerate(notes, 1))])
 
 
 def write(text):

@@ -1,3 +1,4 @@
+// On 2 ranks: as many as a small machine has cores.
 #include "common/bus/placement.h"
 
 #include "mpi_test_main.h"
