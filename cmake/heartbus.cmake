@@ -60,7 +60,7 @@ function(heartbus_program name library)
   if(EXISTS ${PROJECT_SOURCE_DIR}/${name}/main.cpp)
     add_executable(${name} ${name}/main.cpp)
     target_link_libraries(${name} PRIVATE ${library} ${ARGN})
-    if(NOT name MATCHES "^(coupler|replay|stand_in)$") # these know no deal.II
+    if(NOT name MATCHES "^(cavity_solver|coupler|replay|stand_in)$") # these know no deal.II
       target_precompile_headers(${name} REUSE_FROM heartbus_pch)
     endif()
   endif()

@@ -2,7 +2,7 @@
 # tools find the scenes.
 include(GNUInstallDirs)
 
-install(TARGETS coupler ep_solver mech_solver ale_solver fluid_solver fsi_solver replay stand_in RUNTIME)
+install(TARGETS coupler ep_solver mech_solver ale_solver fluid_solver fsi_solver cavity_solver replay stand_in RUNTIME)
 install(DIRECTORY configs examples DESTINATION ${CMAKE_INSTALL_DATADIR}/heartbus PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY tools DESTINATION ${CMAKE_INSTALL_DATADIR}/heartbus USE_SOURCE_PERMISSIONS
   PATTERN __pycache__ EXCLUDE PATTERN setup.sh EXCLUDE PATTERN fuzz EXCLUDE)

@@ -22,7 +22,7 @@ class StandIn : public bus::Solver {
   };
   StandIn(const std::string &role_name, const SceneParameters &scene, const Conduct &conduct);
   void declare(bus::Declaration &declaration) override;
-  void prepare_step(const bus::Step &) override {}
+  void prepare_step(const bus::Step &step) override { fill(step); }
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &) override {}
   void load_state(const std::string &, const bus::Step &step) override { fill(step); }

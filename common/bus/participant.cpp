@@ -98,6 +98,8 @@ const std::string &Participant::setting(const std::string &key, const std::strin
   throw Failure(ExitCode::scene, "key '" + membership.key(key) + "' is missing: " + meaning);
 }
 
+const std::string *Participant::setting(const std::string &key) { return implementation_->membership->setting(key); }
+
 int Participant::run(const std::function<void()> &body) {
   Link &link = implementation_->membership->link;
   const int code = link.guard([&] {

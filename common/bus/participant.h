@@ -35,6 +35,7 @@ class Participant {
   /// What the scene says under `participants.NAME.settings`, as written there. Failure(scene), which tells the meaning,
   /// when it says nothing.
   const std::string &setting(const std::string &key, const std::string &meaning);
+  const std::string *setting(const std::string &key); ///< null when it says nothing
 
   int run(const std::function<void()> &body);
   /// Handshake, then execute the coupler's commands until the end of the run.

@@ -118,7 +118,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics", "circulation"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -248,7 +248,7 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &wall
 }
 
 void SceneParameters::check_consistency(config::Section &s) const {
-  if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
+  if (time.until_periodic > 0 && !has("fluid") && !has("fsi") && !has("circulation"))
     s.fail("time",
            "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))

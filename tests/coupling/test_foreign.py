@@ -1,5 +1,4 @@
 """A program of somebody else that does something wrong ends the launch: one message with the culprit, its code, nobody left."""
-import os
 import subprocess
 import sys
 import tempfile
@@ -8,9 +7,9 @@ import unittest
 from pathlib import Path
 
 from launch import BIN, SOURCE, Launch
+from test_own_code import use_library
 
 SHARE = BIN.parent / "share/heartbus"
-os.environ["PYTHONPATH"] = str(SHARE / "python")
 SECONDS = 10
 SCENE = f"""\
 base: {SOURCE}/configs/ideal_lv/electromechanics.yaml
@@ -87,6 +86,10 @@ end program crash
 
 
 class Foreign(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        use_library()
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)

@@ -16,6 +16,11 @@ import generate  # noqa: E402
 DOCUMENT = (SOURCE / "docs/own_code.md").read_text()
 
 
+def use_library():
+    """For participants in Python that are launched from here."""
+    os.environ["PYTHONPATH"] = str(BIN.parent / "share/heartbus/python")
+
+
 def commands():
     return re.findall(r"^```sh\n(.*?)^```$", DOCUMENT, re.S | re.M)
 
@@ -67,6 +72,7 @@ class OwnCode(unittest.TestCase):
             folder = Path(folder)
             (folder / "CMakeLists.txt").write_text(
                 "cmake_minimum_required(VERSION 3.25)\nproject(other C CXX)\n"
+                "find_package(MPI REQUIRED COMPONENTS C)\n"
                 f"add_subdirectory({SOURCE} heartbus)\nadd_executable(wave {SOURCE}/examples/wave/wave.c)\n"
                 "target_link_libraries(wave PRIVATE heartbus::heartbus MPI::MPI_C m)\n")
             run = subprocess.run("cmake -G Ninja -S . -B b -DCMAKE_BUILD_TYPE=Debug && ninja -C b wave", shell=True, cwd=folder,

@@ -29,7 +29,7 @@ with heartbus.join("fluid", "wrong_fluid") as bus:
             new = old + order.size * heard
             if wrong == "accumulates":
                 old = new
-            blood[:] = -1e-3 * heard - 1e-2 * new
+            blood[:] = -1e-3 * heard - 1e2 * new
         elif order.what == heartbus.COMMIT:
             old = new
         elif order.what == heartbus.SAVE and wrong != "forgets":
