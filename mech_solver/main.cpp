@@ -22,6 +22,8 @@ int main(int argc, char **argv) {
     mech::MechSolver solver(space, fibres, scene.mech, log);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
     solver.couple(scene.coupling);
+    if (scene.has("circulation"))
+      solver.fill_cavity();
     participant.serve(solver);
   });
 }

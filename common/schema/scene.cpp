@@ -126,7 +126,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics", "circulation"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -155,8 +155,11 @@ void CouplingParameters::describe(config::Section &s) {
 
 void ParticipantParameters::describe(config::Section &s) {
   s.text("program", program, "executable, beside the coupler or on the PATH");
+  s.text("command", command, "in place of 'program': any program with its words, e.g. python3 my_ep.py --fast");
+  if (!command.empty())
+    program.clear();
   s.integer("ranks", ranks, {1, 100000}, "MPI processes");
-  config::Section &block = s.section("settings", "free keys, for programs from elsewhere");
+  config::Section &block = s.section("settings", "free keys of this participant; quantities carry units");
   for (const auto &key : block.free_keys())
     settings[key];
   for (auto &[key, value] : settings)
@@ -208,8 +211,8 @@ void SceneParameters::describe(config::Section &s) {
   for (auto &[participant, parameters] : participants) {
     check_name(who, participant, participant, "a participant");
     parameters.describe(who.section(participant, ""));
-    if (parameters.program.empty())
-      who.fail(participant, "has no 'program'");
+    if (parameters.program.empty() && parameters.command.empty())
+      who.fail(participant, "has neither 'program' nor 'command'");
   }
 
   ep.describe(s.section("electrophysiology", "electrical activity"));
@@ -264,7 +267,7 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &dire
 void SceneParameters::check_consistency(config::Section &s) const {
   if (fibres.rule == "file" && !geometry::brings_fibres(geometry))
     s.fail("fibres", "'rule: file' needs a mesh file with fibres: `tools/mesh import --fibres FILE` puts them in");
-  if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
+  if (time.until_periodic > 0 && !has("fluid") && !has("fsi") && !has("circulation"))
     s.fail("time",
            "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))

@@ -52,7 +52,7 @@ class SmallMeshes(unittest.TestCase):
 
     def test_a_ventricle_of_tetrahedra_with_quadratic_ones_for_electrophysiology(self):
         settings = ["geometry.cells=tetrahedra", "electrophysiology.degree=2", "electrophysiology.refinements=0",
-                    "mesh=MXS", "time.end=2 ms", "output.every=2 ms", *TIGHT]
+                    "mesh=MXS", "time.end=1 ms", "output.every=1 ms", *TIGHT]
         for scene in "tetrahedra.yaml", "e1fsinf.yaml":
             with self.subTest(scene):
                 few = self.compare(VENTRICLE / scene, settings, ["volume [m^3]", "mean_pressure [Pa]"], ranks=(1, 2))
