@@ -13,8 +13,6 @@ from pathlib import Path
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
 from launching.watch import FILE, Watch
-from reporting import plausibility, tables
-from results import Run
 
 ROOT = Path(__file__).resolve().parents[1]  # of the source, or share/heartbus
 SCENE = 2  # exit code
@@ -73,6 +71,8 @@ def goes_on(words):
 
 def tell(folder):
     """The indicators, what is implausible, where the report is."""
+    from reporting import plausibility, tables  # take a second, which who only launches need not wait
+    from results import Run
     run = Run(folder)
     print("\n" + tables.for_terminal(*tables.indicators([run])))
     found = plausibility.findings(run)
