@@ -1,6 +1,7 @@
 #include "mech_solver/mech_solver.h"
 
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_faces.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
@@ -51,6 +52,7 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.input("calcium", "tissue", 1, "uM", calcium_);
   if (space_.has_label("interface")) {
     bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    fem::declare_faces(space_, "interface", bus);
     bus.input("blood_force", "interface", 3, "N", blood_force_);
     bus.output("held", "interface", 3, "1", "always", held_);
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
@@ -71,6 +73,10 @@ void MechSolver::declare(bus::Declaration &bus) {
     bus.input("unit_pressure_force", "interface", 3, "m^2", unit_pressure_force_);
     bus.output("pressure_correction", "interface", 1, "Pa", "n+1", pressure_correction_);
     bus.task("correct", [this](const bus::Step &step) { correct(step); });
+  }
+  if (filling_) {
+    filling_->declare(bus);
+    bus.task("press", [this](const bus::Step &step) { press(step); });
   }
   bus.task("inflate", [this](const bus::Step &) { inflate(); });
   bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
@@ -114,6 +120,11 @@ void MechSolver::inflate() {
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
   to_interface(forces, blood_force_);
+  if (filling_) { // which holds it in place of nodal forces
+    problem_.interface_pressure = parameters_.initial_pressure;
+    blood_force_.assign(blood_force_.size(), 0.0);
+    filling_->begin(parameters_.initial_pressure, d_);
+  }
   blood_force_n_ = blood_force_;
   to_interface(d_, displacement_);
   wall_velocity_.assign(wall_velocity_.size(), 0.0);
@@ -156,8 +167,12 @@ void MechSolver::prepare_step(const bus::Step &step) {
 void MechSolver::solve_step(const bus::Step &step) {
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
     problem_.load.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_force_[k];
+  if (filling_)
+    problem_.interface_pressure = filling_->guess();
   begin_solve(step);
   end_solve(step, problem_.solve_dynamic(step.size, d_));
+  if (filling_)
+    filling_->respond(d_);
 }
 
 fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
@@ -224,6 +239,12 @@ void MechSolver::correct(const bus::Step &step) {
   show_motion(step.size);
 }
 
+void MechSolver::press(const bus::Step &step) {
+  filling_->press(d_);
+  iterate_moves_.record(1, d_); // the next step starts from what will be before this
+  show_motion(step.size);
+}
+
 void MechSolver::refresh() {
   problem_.forget_tangent();
   iterate_moves_.forget();
@@ -247,6 +268,8 @@ void MechSolver::commit_step(const bus::Step &step) {
   fem::copy_owned(d_, problem_.d_n);
   iterate_moves_.commit();
   force_generation_.commit();
+  if (filling_)
+    filling_->commit();
   blood_force_n_ = blood_force_;
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
@@ -264,6 +287,8 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
     state.points("interface", fem::owned_points(space_, interface_nodes_), spacing);
     state.field("blood_force", 3, blood_force_n_.data());
   }
+  if (filling_)
+    filling_->visit(state);
   double step_size = step.size;
   state.number("step_size", step_size);
   if (step_size != step.size) { // the velocity is to stay
@@ -292,6 +317,8 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
     writer_->go_on_from(step.time);
   force_generation_.tension(problem_.tension.begin());
   d_ = problem_.d_n;
+  if (filling_)
+    filling_->load(d_);
   blood_force_ = wall_force_ = blood_force_n_;
   fem::Vector velocity(d_);
   velocity -= problem_.d_nm1;

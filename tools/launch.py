@@ -12,12 +12,11 @@ from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
+from launching.programs import ROOT, programs
 from launching.watch import FILE, Watch
 from reporting import plausibility, tables
 from results import Run
 
-ROOT = Path(__file__).resolve().parents[1]
-BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
 SCENE = 2  # exit code
 
 
@@ -36,7 +35,7 @@ def parse(words):
     parser.add_argument("-h", "--help", action="store_true", help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(words)
     if options.help:
-        subprocess.run([BIN / "coupler", "--help"], check=False)
+        subprocess.run([programs() / "coupler", "--help"], check=False)
         print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
         sys.exit(0)
     return options, others
@@ -85,30 +84,35 @@ def tell(folder):
           f"tools/heartbus report {quoted([folder])} adds pictures and films of the fields")
 
 
-def main():
-    options, others = parse(sys.argv[1:])
-    plan = ask_coupler(BIN / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
+def run(words):
+    """(exit code, plan if something has been run)."""
+    options, others = parse(words)
+    plan = ask_coupler(programs() / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
     if isinstance(plan, int):
-        return plan
+        return plan, None
     if options.printed == "slurm":
         print(script.slurm(plan, options.placement, options.nodes, options.cores or hosts.own_cores()), end="")
-        return 0
+        return 0, None
     try:
         nodes = hosts.find_nodes(options.hosts)
         hosts.check_room(plan, nodes, options.oversubscribe)
     except hosts.Refusal as refusal:
         print(f"error: {refusal}", file=sys.stderr)
-        return SCENE
+        return SCENE, None
     placed = hosts.place(plan, nodes, options.placement) if nodes else None
     if options.printed == "mpirun":
         print(script.line(plan, nodes, placed))
-        return 0
+        return 0, None
     if is_finished(plan.folder) and not (options.force or goes_on(others)):
         print(f"error: {plan.folder}: holds the results of a run; --force replaces them, --out FOLDER puts "
               "these elsewhere, --restart goes on from them", file=sys.stderr)
-        return FILE
-    code = launch(plan, nodes, placed)
-    if code == 0:
+        return FILE, None
+    return launch(plan, nodes, placed), plan
+
+
+def main():
+    code, plan = run(sys.argv[1:])
+    if code == 0 and plan:
         tell(plan.folder)
     return code
 

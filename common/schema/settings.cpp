@@ -51,9 +51,12 @@ std::vector<Use> uses_of_geometry(const SceneParameters &scene) {
                     "'geometry.shape' is " + geometry.shape});
   uses.push_back({{"geometry.mesh"}, !is_in(geometry.shape, {"piston", "slab", "tube"}),
                   "'geometry.shape' is " + geometry.shape + ", whose keys give its cells"});
-  const std::string rule = "'fibres.rule' is " + scene.fibres.rule;
-  uses.push_back({{"fibres.angle_endo", "fibres.angle_epi", "fibres.dispersion_angle"}, scene.fibres.rule == "transmural", rule});
-  uses.push_back({{"fibres.direction", "fibres.sheet"}, scene.fibres.rule == "constant", rule});
+  const auto &rule = scene.fibres.rule;
+  const std::string otherwise = "'fibres.rule' is " + rule;
+  uses.push_back({{"fibres.angle_endo", "fibres.angle_epi", "fibres.dispersion_angle", "fibres.outflow"},
+                  rule != "constant" && rule != "file", otherwise});
+  uses.push_back({{"fibres.rings"}, rule == "apicobasal", otherwise});
+  uses.push_back({{"fibres.direction", "fibres.sheet"}, rule == "constant", otherwise});
   return uses;
 }
 
@@ -85,6 +88,25 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
   };
 }
 
+std::vector<Use> all_uses(const SceneParameters &scene) {
+  std::vector<Use> uses = uses_of_geometry(scene);
+  for (Use &use : uses_of_solvers(scene))
+    uses.push_back(std::move(use));
+  return uses;
+}
+
+/// Why a key is not used ("'geometry.shape' is piston"); empty when it is, or when a program from elsewhere takes part, which
+/// may use any.
+std::string why_unused(const std::vector<Use> &uses, const std::string &path) {
+  if (path == "electrophysiology" || path == "electrophysiology.stimulus" || is_within(path, "electrophysiology.stimulus.period"))
+    return ""; // the length of a beat, whoever computes the potential
+  for (const Use &use : uses)
+    for (const auto &block : use.blocks)
+      if (!use.is_used && is_within(path, block))
+        return use.otherwise;
+  return "";
+}
+
 std::string last_word(const std::string &path) { return path.substr(path.rfind('.') + 1); }
 
 /// What could be meant by a key: used keys that contain its last word, else the nearest ones by spelling.
@@ -107,9 +129,10 @@ std::string hint(const std::string &key, const Words &paths) {
 }
 
 Words used_of(const SceneParameters &scene, const Words &paths) {
+  const std::vector<Use> uses = all_uses(scene);
   Words used;
   std::copy_if(paths.begin(), paths.end(), std::back_inserter(used),
-               [&](const auto &path) { return why_unused(scene, path).empty(); });
+               [&](const auto &path) { return why_unused(uses, path).empty(); });
   return used;
 }
 
@@ -160,17 +183,6 @@ SceneParameters read_or(const SceneParameters &otherwise, const config::Node &ro
 
 } // namespace
 
-std::string why_unused(const SceneParameters &scene, const std::string &path) {
-  if (path == "electrophysiology" || is_within(path, "electrophysiology.stimulus.period") || path == "electrophysiology.stimulus")
-    return ""; // the length of a beat, whoever computes the potential
-  for (const auto &uses : {uses_of_geometry(scene), uses_of_solvers(scene)})
-    for (const Use &use : uses)
-      for (const auto &block : use.blocks)
-        if (!use.is_used && is_within(path, block))
-          return use.otherwise;
-  return "";
-}
-
 void lay_over(config::Node &root, const Words &texts, const std::function<SceneParameters(const config::Node &)> &read) {
   if (texts.empty())
     return;
@@ -195,8 +207,9 @@ void lay_over(config::Node &root, const Words &texts, const std::function<SceneP
       set(setting, used.empty() ? setting.candidates[0] : used[0]);
     }
   const SceneParameters whole = read(root);
+  const std::vector<Use> uses = all_uses(whole);
   for (const Setting &setting : settings)
-    if (const std::string why = why_unused(whole, setting.path); !why.empty())
+    if (const std::string why = why_unused(uses, setting.path); !why.empty())
       refuse(setting, "this scene does not use '" + setting.path + "': " + why + hint(setting.key, used_of(whole, paths)));
 }
 

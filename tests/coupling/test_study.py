@@ -280,6 +280,19 @@ class Results(unittest.TestCase):
         self.assertEqual(measures.common(spans), (0, spans[0][1]))
         self.assertAlmostEqual(spans[0][1], 85e-3)
 
+    def test_a_run_belongs_to_the_content_of_its_mesh(self):
+        (self.folder / "mesh.yaml").write_text("base: scene.yaml\nalso: {one: {}, other: {mesh: other.h5}}\n")
+        (self.folder / "scene.yaml").write_text("geometry: {shape: file, mesh: one.h5}\n")
+
+        def fingerprints(one, other):
+            for name, text in (("one.h5", one), ("other.h5", other)):
+                (self.folder / name).write_text(text)
+            study = Study(self.folder / "mesh.yaml", defaults())
+            return [study.repetitions(run)[0].fingerprint for run in study.runs]
+        same = fingerprints("a mesh", "a mesh")
+        self.assertEqual(same[0], same[1])
+        self.assertNotIn(same[0], fingerprints("another", "a third"))
+
     def test_repetitions_are_runs_of_their_own_and_their_median_counts(self):
         (self.folder / "three.yaml").write_text(f"base: {PISTON}\nalso: {{once: {{}}, thrice: {{repeat: 3}}}}\n")
         study = Study(self.folder / "three.yaml", defaults())

@@ -180,7 +180,7 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
       {"mechanics: {pericardium: {labels: [epicardum]}}", "did you mean 'epicardium'?"},
       {"fluid: {inlet: {label: ends}}", "key 'fluid.inlet'"},
       {"lifting: {slip: [x_low]}", "key 'lifting.slip'"},
-      {"mechanics: {passive_regions: [ring]}", "have no regions"},
+      {"mechanics: {passive_regions: [ring]}", "the solid has no region 'ring'"},
       {"scene: ..", "cannot name a folder"},
       {"scene: -n", "cannot name a folder"},
       {"scene: \"a\\nb\"", "control characters"},
