@@ -51,7 +51,7 @@ class Run:
         file.write_text(json.dumps(scene))  # which is YAML
         mark = "HEARTBUS_CHECK=" + uuid.uuid4().hex
         begin = time.monotonic()
-        process = subprocess.run([sys.executable, __file__, "--launch", file, "--oversubscribe", "--out", folder / "results",
+        process = subprocess.run([sys.executable, __file__, "--launch", file, "--oversubscribe", "--force", "--out", folder / "results",
                                   *words], env=dict(os.environ, **dict([mark.split("=")])), stdin=subprocess.DEVNULL,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         self.code, self.output, self.seconds = process.returncode, process.stdout, time.monotonic() - begin
