@@ -12,9 +12,9 @@ from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
+from launching.programs import ROOT, programs
 from launching.watch import FILE, Watch
 
-ROOT = Path(__file__).resolve().parents[1]  # of the source, or share/heartbus
 SCENE = 2  # exit code
 
 
@@ -82,12 +82,6 @@ def tell(folder):
         print("No report: tools/report.py failed", file=sys.stderr)
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
           f"tools/heartbus report {quoted([folder])} adds pictures and films of the fields")
-
-
-def programs():
-    """Where the coupler is: as told, as built, or as installed."""
-    built, installed = ROOT / "build/release/bin", ROOT.parents[1] / "bin"
-    return Path(os.environ.get("HEARTBUS_BIN", built if built.exists() else installed))
 
 
 def run(words):
