@@ -19,7 +19,7 @@ from pathlib import Path
 import launch
 
 ROLES = {  # role: (its partners, scheme, field that is compared, who sends to it)
-    "ep": (["mech"], "electromechanics", "calcium", None),
+    "ep": (["mech"], "EFS1", "calcium", None),
     "mech": (["ep", "ale", "fluid"], "E1FS", "wall_velocity", "fluid"),
     "ale": (["mech", "fluid"], "EFS1", "mesh_motion", "mech"),
     "fluid": (["mech", "ale"], "E1FS", "blood_force", "mech"),
