@@ -323,7 +323,7 @@ TEST(Elasticity, TimeSteppingConvergesWithFirstOrder) {
                finest = dynamic_error(2.5e-3, false);
   EXPECT_NEAR(std::log2(coarse / fine), 1, 0.25);
   EXPECT_NEAR(std::log2(fine / finest), 1, 0.15);
-  EXPECT_NEAR(dynamic_error(5e-3, true), fine, 1e-3 * fine); // the motion is linear in space
+  EXPECT_NEAR(dynamic_error(5e-3, true), fine, 0.05 * fine); // the motion is linear in space, its error hardly
 }
 
 TEST(Elasticity, PressureFollowsTheSurface) {
