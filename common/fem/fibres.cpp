@@ -102,6 +102,8 @@ Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &para
     : n_q_(space.n_q()), frames_(std::size_t(space.n_batches()) * space.n_q()), dispersion_(frames_.size()) {
   if (parameters.rule == "constant")
     lay_constant(parameters);
+  else if (parameters.rule == "ellipsoid")
+    lay_in_ellipsoid(space, parameters);
   else
     lay_transmural(space, parameters);
   average_at_nodes(space);
@@ -132,13 +134,36 @@ void Fibres::lay_transmural(const LagrangeSpace &space, const geometry::FibrePar
         for (unsigned i = 0; i < 3; ++i)
           gradient[i] += space.gradients(batch)[(q * n + a) * 3 + i][lane] * value;
       }
-      const Direction e_t = normalised(gradient), e_n = upwards(e_t), e_l = cross(e_n, e_t);
-      const double theta = parameters.angle_endo * (1 - depth) + parameters.angle_epi * depth;
-      set_frame(frames_[std::size_t(batch) * n_q_ + q], lane,
-                sum(scaled(std::cos(theta), e_l), scaled(std::sin(theta), e_n)), e_t);
-      dispersion_[std::size_t(batch) * n_q_ + q][lane] = dispersed_share(e_t, parameters.dispersion_angle);
+      lay(slot, q, depth, normalised(gradient), parameters);
     }
   }
+}
+
+void Fibres::lay(unsigned slot, unsigned q, double depth, const Vec3<double> &transmural,
+                 const geometry::FibreParameters &parameters) {
+  const std::size_t at = std::size_t(slot / n_lanes) * n_q_ + q;
+  const Direction e_n = upwards(transmural), e_l = cross(e_n, transmural);
+  const double theta = parameters.angle_endo * (1 - depth) + parameters.angle_epi * depth;
+  set_frame(frames_[at], slot % n_lanes, sum(scaled(std::cos(theta), e_l), scaled(std::sin(theta), e_n)), transmural);
+  dispersion_[at][slot % n_lanes] = dispersed_share(transmural, parameters.dispersion_angle);
+}
+
+void Fibres::lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {
+  const geometry::VentricleParameters &p = parameters.ventricle;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < n_q_; ++q) {
+      const geometry::Point3 x = space.quadrature_point(slot, q);
+      const double r = std::hypot(x[0], x[1]);
+      double low = -0.9 * p.endocardium_across / p.wall, high = 2; // of t: straight faces lie a little inside the curved
+      for (unsigned halving = 0; halving < 60; ++halving) {
+        const double t = (low + high) / 2;
+        const bool outside =
+            std::hypot(r / (p.endocardium_across + t * p.wall), x[2] / (p.endocardium_along + t * p.wall)) > 1;
+        (outside ? low : high) = t;
+      }
+      const double a = p.endocardium_across + low * p.wall, c = p.endocardium_along + low * p.wall;
+      lay(slot, q, low, normalised({x[0] / (a * a), x[1] / (a * a), x[2] / (c * c)}), parameters);
+    }
 }
 
 void Fibres::average_at_nodes(const LagrangeSpace &space) {

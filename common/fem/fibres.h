@@ -18,6 +18,10 @@ namespace heartbus::fem {
 ///     f = cos(theta) e_l + sin(theta) e_n,   theta = theta_endo (1 - phi) + theta_epi phi,   s = e_t,   n = f x s.
 ///
 /// So [f s n] is right-handed, and a positive angle winds from the apex to the base like a right-handed screw.
+/// Rule "ellipsoid" (Land et al. 2015, doi 10.1098/rspa.2015.0641, section 2d): the same with phi = t and e_t the normal of
+/// the ellipsoid with semi-axes a + t w, c + t w through the point, between those of the endocardium (t = 0) and of the
+/// epicardium (t = 1).
+///
 /// Gradients are taken at the quadrature points, where frames are needed, and never interpolated: f has no direction at
 /// the apex.
 ///
@@ -45,6 +49,9 @@ class Fibres {
  private:
   void lay_constant(const geometry::FibreParameters &parameters);
   void lay_transmural(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay(unsigned slot, unsigned q, double depth, const Vec3<double> &transmural,
+           const geometry::FibreParameters &parameters);
   void average_at_nodes(const LagrangeSpace &space);
 
   unsigned n_q_;

@@ -38,7 +38,8 @@ void check_valve(config::Section &s, const std::string &name, double centre, dou
 
 void Parameters::describe(config::Section &s) {
   s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube"}, "what the body looks like");
-  s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3"}, "mesh of the ideal left ventricle, from coarse to fine");
+  s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3", "custom"},
+           "mesh of the ideal left ventricle, from coarse to fine; custom: by the numbers in 'ventricle'");
   ventricle.describe(s.section("ventricle", "shape ideal_left_ventricle"));
   piston.describe(s.section("piston", "shape piston"));
   slab.describe(s.section("slab", "shape slab"));
@@ -54,6 +55,11 @@ void VentricleParameters::describe(config::Section &s) {
   s.quantity("aortic_radius", aortic_radius, "m", size_of_part, "radius of the aortic disc");
   s.quantity("mitral_centre", mitral_centre, "m", place_in_heart, "x of the centre of the mitral disc");
   s.quantity("aortic_centre", aortic_centre, "m", place_in_heart, "x of the centre of the aortic disc");
+  s.integer("cells_along", cells_along, number_of_cells, "of mesh custom: cells of the core from apex to base");
+  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the square core; four times as many around");
+  s.integer("shells", shells, number_of_cells, "layers of fluid cells between core and wall");
+  s.integer("layers", layers, number_of_cells, "layers of cells through the wall");
+  limit_cells(s, "cells_along", double(cells_along + cells_across) * cells_across * (cells_across + 4. * (shells + layers)));
   if (std::abs(base_height) >= endocardium_along)
     s.fail("base_height", "the base must cut the endocardium: its height must be less than endocardium_along");
   if (std::abs(aortic_centre - mitral_centre) < aortic_radius + mitral_radius)
@@ -76,12 +82,21 @@ void PistonParameters::describe(config::Section &s) {
 void SlabParameters::describe(config::Section &s) {
   s.quantities("size", size, "m", 3, "lengths along x, y, z");
   s.quantity("cell", cell, "m", size_of_body, "wanted edge length of a cell");
+  s.quantities("cells", cells, "1", 0, "numbers of cells along x, y, z in place of 'cell'");
+  s.quantity("hollow", hollow, "m", config::non_negative,
+             "radius of a cylinder along z that the end at low x clasps; 0 m: the end is flat");
+  if (!cells.empty() && (cells.size() != 3 || *std::min_element(cells.begin(), cells.end()) < 1))
+    s.fail("cells", "must be three numbers from 1 on");
+  if (hollow > 0 && hollow < size[1] / 2)
+    s.fail("hollow", "must be half of the width along y at least");
   double n_cells = 1;
   for (const double length : size) {
     if (!(length >= size_of_body.low && length <= size_of_body.high))
       s.fail("size", "the lengths must be positive, from 0.01 mm to 10 m");
     n_cells *= std::max(1., std::round(length / cell));
   }
+  if (!cells.empty())
+    n_cells = cells[0] * cells[1] * cells[2];
   limit_cells(s, "cell", n_cells);
 }
 
@@ -98,7 +113,9 @@ void TubeParameters::describe(config::Section &s) {
 
 void FibreParameters::describe(config::Section &s) {
   constexpr config::Range angle = between(-3.2, 3.2, "half a turn is 3.14 rad or 180 deg");
-  s.choice("rule", rule, {"transmural", "constant"}, "how fibres are laid");
+  s.choice("rule", rule, {"transmural", "ellipsoid", "constant"},
+           "how fibres are laid: by angles through the wall, at the depth of a harmonic function or between the ventricle's "
+           "ellipsoids; or alike everywhere");
   s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
   s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),

@@ -118,7 +118,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -182,6 +182,9 @@ void SceneParameters::describe(config::Section &s) {
   check_name(s, "scene", name, "a folder");
   geometry.describe(s.section("geometry", "shape and meshes"));
   fibres.describe(s.section("fibres", "fibre directions in the wall"));
+  fibres.ventricle = geometry.ventricle;
+  if (fibres.rule == "ellipsoid" && geometry.shape != "ideal_left_ventricle")
+    s.fail("fibres", "'rule: ellipsoid' is for 'shape: ideal_left_ventricle'");
   config::Section &time_block = s.section("time", "beats and time steps");
   time.describe(time_block);
   coupling.describe(s.section("coupling", "how the participants take turns"));
@@ -227,10 +230,8 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &wall
     check_labels(wall, "fixed", mech.fixed, known);
     check_labels(wall, "rollers", mech.rollers, known);
     check_labels(wall, "pericardium", mech.pericardium.labels, known);
-    if (!mech.end_pressure.label.empty())
-      check_labels(wall, "end_pressure", {mech.end_pressure.label}, known);
-    if (!mech.passive_regions.empty())
-      wall.fail("passive_regions", "the meshes of 'geometry.shape' have no regions");
+    for (const auto &[name, load] : mech.loads)
+      check_labels(wall, "loads", {load.label}, known);
   }
   if (has("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);
@@ -254,15 +255,15 @@ void SceneParameters::check_consistency(config::Section &s) const {
   if (const double every = output.checkpoint.every; every > 0 && every < time.step)
     s.fail("output", "'checkpoint.every' (" + config::shortest(every) + " s) is less than 'time.step' (" +
                          config::shortest(time.step) + " s); 0 s: only at the end");
-  if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
-    s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
+  if (!mech.inertia && has("mech") && has("fluid") && coupling.scheme != "one_way")
+    s.fail("mechanics", "'inertia: false' is for a wall without blood, or with blood that only follows (scheme one_way)");
   if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
     s.fail("participants", "the scheme E1FSinf has 'fsi' in place of 'mech' and 'fluid', and no other scheme has it");
   if (has("fsi") && !has("ale"))
     s.fail("participants", "'fsi' needs 'ale', which moves the fluid's mesh");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
-  if ((has("fsi") || (has("mech") && has("fluid"))) && mech.initial_pressure != fluid.initial_pressure)
+  if ((has("fsi") || (has("mech") && has("fluid") && coupling.scheme != "one_way")) && mech.initial_pressure != fluid.initial_pressure)
     s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
     s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");
