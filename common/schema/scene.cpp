@@ -225,7 +225,8 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &wall
   const bool has_blood = has("fluid") || has("fsi");
   if (in_fluid.empty() && (has("ale") || has_blood))
     s.fail("geometry", "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
-  if (has("mech") || has("fsi")) {
+  const auto computes = [&](const std::string &name) { return has(name) && participants.at(name).program != "replay"; };
+  if (computes("mech") || has("fsi")) {
     const auto known = geometry::solid_labels(geometry);
     check_labels(wall, "fixed", mech.fixed, known);
     check_labels(wall, "rollers", mech.rollers, known);
@@ -233,7 +234,7 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &wall
     for (const auto &[name, load] : mech.loads)
       check_labels(wall, "loads", {load.label}, known);
   }
-  if (has("ale")) {
+  if (computes("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);
     check_labels(lifting, "slip", ale.slip, in_fluid);
   }

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-sys.path.insert(0, str(Path(os.environ["HEARTBUS_SOURCE"]) / "tools"))
+sys.path.append(str(Path(os.environ["HEARTBUS_SOURCE"]) / "tools"))
 from launch import BIN, SOURCE, run_scene  # noqa: E402
 from results import History  # noqa: E402
 
