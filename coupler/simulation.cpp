@@ -208,7 +208,7 @@ Sequence Simulation::meet_participants() {
     set_fields_aside(folder_);
   std::map<std::string, bus::Coordinator::Expected> expected;
   for (const auto &[name, participant] : scene_.participants)
-    expected[name] = {program_name(participant.program), participant.ranks};
+    expected[name] = {program_name(participant.program), participant.ranks, participant.settings};
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
   const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());

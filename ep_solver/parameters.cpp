@@ -42,8 +42,9 @@ void Parameters::describe(config::Section &s) {
 #define HEARTBUS_NAME(name, make) models.emplace_back(name);
   HEARTBUS_IONIC_MODELS(HEARTBUS_NAME)
 #undef HEARTBUS_NAME
+  s.integer("degree", degree, {1, 2}, "of the elements; 2 on tetrahedra only, with nodes at the middle of edges too");
   s.integer_or("refinements", refinements, {0, 5}, "auto", automatic_refinements,
-               "of the mesh of the mechanics, which stays nested in this one; auto: until no edge is above 4 mm");
+               "of the mesh of the mechanics, which stays nested in this one; auto: until nodes are 4 mm apart at most");
   s.choice("integrator", integrator, {"exponential_midpoint", "imex_euler"},
            "exponential_midpoint: of second order; imex_euler: the paper's, of first");
   s.integer_or("substeps", substeps, {1, 1000}, "auto", automatic_substeps,
@@ -63,7 +64,7 @@ int Parameters::refinements_of(double edge) const {
   if (!automatic_refinements)
     return refinements;
   int n = 0;
-  for (; edge > longest_edge; edge /= 2)
+  for (edge /= degree; edge > longest_edge; edge /= 2)
     ++n;
   return n;
 }

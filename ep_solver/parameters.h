@@ -35,8 +35,9 @@ struct ConductivityParameters {
 
 /// The keys of the scene block `electrophysiology`.
 struct Parameters {
+  int degree = 1; ///< of the elements; 2: on tetrahedra, with nodes at the middle of edges too
   int refinements = 1;
-  bool automatic_refinements = true; ///< in place of `refinements`: as few as bring all edges below `longest_edge`
+  bool automatic_refinements = true; ///< in place of `refinements`: as few as bring nodes within `longest_edge`
   std::string integrator = "exponential_midpoint";
   int substeps = 1;
   bool automatic_substeps = true; ///< in place of `substeps`: as many as an error estimate asks for
@@ -49,7 +50,7 @@ struct Parameters {
   std::string preconditioner = "ilu"; ///< measured cheapest: 3 iterations where jacobi takes 28 and amg 10
   void describe(config::Section &section);
 
-  static constexpr double longest_edge = 4e-3; ///< [m]; along the fibres, a wave on such edges is still captured
+  static constexpr double longest_edge = 4e-3; ///< [m] or between nodes along it; a wave along fibres is still captured
   /// Of a mesh whose longest edge is this [m].
   int refinements_of(double longest_edge_of_mesh) const;
 };

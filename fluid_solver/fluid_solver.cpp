@@ -2,6 +2,7 @@
 
 #include "common/bus/failure.h"
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_faces.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
@@ -96,6 +97,7 @@ void FluidSolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
   bus.point_set("cavity", fem::owned_points(space_), spacing);
   bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+  fem::declare_faces(space_, "interface", bus);
   bus.input("mesh_motion", "cavity", 3, "m", mesh_motion_);
   bus.input("held", "interface", 3, "1", held_);
   if (!problem_.follows_motion()) {

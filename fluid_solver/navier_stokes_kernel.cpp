@@ -65,7 +65,7 @@ HEARTBUS_INLINE void evaluate_point(const NavierStokesCells &in, unsigned q, Poi
   }
   const Vec3<Lanes> u_star = value<n>(in, in.convection, q), u_n = value<n>(in, in.old_velocity, q);
   p.tau[q] = momentum_tau(in.rho, in.mu, in.dt, u_star, fem::transpose(unit) * unit);
-  const Lanes tau_C = continuity_tau(p.tau[q], unit);
+  const Lanes tau_C = continuity_tau(p.tau[q], unit, n == 4);
   for (unsigned a = 0; a < n; ++a)
     for (unsigned i = 0; i < 3; ++i)
       p.div_gradient[q][a][i] = tau_C * p.w_gradient[q][a][i];

@@ -21,7 +21,7 @@ struct NavierStokesCells {
   const double *shapes = nullptr;        ///< [q][a]
   const fem::Lanes *gradients = nullptr; ///< [q][a][3]
   const fem::Lanes *JxW = nullptr;       ///< [q]
-  const double *unit_nodes = nullptr;    ///< [a][3] nodes of the unit cell: [-1,1]^3, or the unit simplex
+  const double *unit_nodes = nullptr;    ///< [a][3] nodes of the unit cell: [-1,1]^3, or the regular tetrahedron of edges 2
   // physics
   double rho = 0, mu = 0, dt = 0, pressure_scale = 1;
   double inertia = 1; ///< factor of rho (u - u^n)/dt

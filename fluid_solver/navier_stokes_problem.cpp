@@ -4,6 +4,7 @@
 #include "common/fem/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -15,10 +16,12 @@ using fem::Vector;
 
 namespace {
 
-/// Nodes of the unit cell in the finite element's order; hexahedra on [-1,1]^3.
+/// Nodes of the unit cell of stabilization.h in the finite element's order.
 std::vector<double> unit_cell_nodes(unsigned nodes_per_cell) {
-  if (nodes_per_cell == 4)
-    return {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (nodes_per_cell == 4) {
+    const double x = 1 / std::sqrt(2.); // every second corner of a cube
+    return {x, x, x, x, -x, -x, -x, x, -x, -x, -x, x};
+  }
   if (nodes_per_cell != 8)
     throw Failure(ExitCode::scene, "the fluid needs elements of degree 1");
   std::vector<double> nodes;

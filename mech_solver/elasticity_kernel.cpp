@@ -7,7 +7,28 @@ namespace {
 template <unsigned n>
 using NodeVectors = std::array<fem::Vec3<Lanes>, n>;
 
-/// Gradients in the fibre frame and F R = R + sum_a d_a x g_a at one quadrature point; returns J.
+/// A linear tetrahedron strains evenly, its frame is one, and tension enters linearly: a single point, the centroid,
+/// integrates the stress exactly. Other cells take all points.
+template <unsigned n>
+HEARTBUS_INLINE unsigned n_strain_points(const ElasticityCells &cells) {
+  return n == 4 ? 1 : cells.n_q;
+}
+
+/// Shape function a at such a point.
+template <unsigned n>
+HEARTBUS_INLINE double shape(const ElasticityCells &cells, unsigned q, unsigned a) {
+  return n == 4 ? 0.25 : cells.shapes[q * n + a];
+}
+
+template <unsigned n>
+HEARTBUS_INLINE Lanes weight(const ElasticityCells &cells, unsigned q) {
+  Lanes sum = cells.JxW[q];
+  for (unsigned other = 1; n == 4 && other < cells.n_q; ++other)
+    sum += cells.JxW[other];
+  return sum;
+}
+
+/// Gradients in the fibre frame and F R = R + sum_a d_a x g_a at one strain point; returns J.
 template <unsigned n>
 HEARTBUS_INLINE Lanes deformation(const ElasticityCells &cells, unsigned q, NodeVectors<n> &g, Mat3<Lanes> &F) {
   const Mat3<Lanes> &R = cells.frames[q];
@@ -23,10 +44,10 @@ HEARTBUS_INLINE Lanes deformation(const ElasticityCells &cells, unsigned q, Node
 }
 
 template <unsigned n>
-HEARTBUS_INLINE Lanes interpolate(const ElasticityCells &cells, unsigned q, const Lanes *values, unsigned stride = 1) {
+HEARTBUS_INLINE Lanes tension(const ElasticityCells &cells, unsigned q) {
   Lanes sum{};
   for (unsigned a = 0; a < n; ++a)
-    sum += cells.shapes[q * n + a] * values[a * stride];
+    sum += shape<n>(cells, q, a) * cells.tension[a];
   return sum;
 }
 
@@ -36,40 +57,63 @@ HEARTBUS_INLINE void update(DeformationLimits &limits, const Lanes &J, const Lan
   limits.volume += weight * J;
 }
 
-/// r_a += (F S g_a + N_a rho a) weight
+/// r_a += F S g_a weight
 template <unsigned n>
-HEARTBUS_INLINE void add_forces(const ElasticityCells &cells, unsigned q, const NodeVectors<n> &g, const Mat3<Lanes> &F,
+HEARTBUS_INLINE void add_stress(const Lanes &weight, const NodeVectors<n> &g, const Mat3<Lanes> &F,
                                 const Symmetric<Lanes> &S, Lanes *r) {
-  const Lanes weight = cells.JxW[q];
   const Mat3<Lanes> P = weight * (F * full(S));
-  for (unsigned i = 0; i < 3; ++i) {
-    const Lanes inertia = weight * interpolate<n>(cells, q, cells.inertia + i, 3);
-    for (unsigned a = 0; a < n; ++a)
-      r[3 * a + i] += P[i][0] * g[a][0] + P[i][1] * g[a][1] + P[i][2] * g[a][2] + cells.shapes[q * n + a] * inertia;
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      r[3 * a + i] += P[i][0] * g[a][0] + P[i][1] * g[a][1] + P[i][2] * g[a][2];
+}
+
+/// r_a += int N_a rho a
+template <unsigned n>
+HEARTBUS_INLINE void add_inertia(const ElasticityCells &cells, Lanes *r) {
+  for (unsigned q = 0; q < cells.n_q; ++q) {
+    const double *N = cells.shapes + q * n;
+    for (unsigned i = 0; i < 3; ++i) {
+      Lanes inertia{};
+      for (unsigned a = 0; a < n; ++a)
+        inertia += N[a] * cells.inertia[3 * a + i];
+      inertia *= cells.JxW[q];
+      for (unsigned a = 0; a < n; ++a)
+        r[3 * a + i] += N[a] * inertia;
+    }
   }
 }
 
-/// Blocks of the upper triangle only: K_ab += (g_a . A . g_b + N_a N_b mass I) weight, a <= b.
+/// Blocks of the upper triangle only: K_ab += g_a . A . g_b weight, a <= b.
 template <unsigned n>
-HEARTBUS_INLINE void add_tangent(const ElasticityCells &cells, unsigned q, const NodeVectors<n> &g,
+HEARTBUS_INLINE void add_tangent(const Lanes &weight, const NodeVectors<n> &g,
                                  const std::array<std::array<Lanes, 9>, 9> &A, Lanes *K) {
-  const double *N = cells.shapes + q * n;
   for (unsigned b = 0; b < n; ++b) {
-    const fem::Vec3<Lanes> gb = {cells.JxW[q] * g[b][0], cells.JxW[q] * g[b][1], cells.JxW[q] * g[b][2]};
+    const fem::Vec3<Lanes> gb = {weight * g[b][0], weight * g[b][1], weight * g[b][2]};
     Lanes Ag[9][3]; // [iJ][k]
     for (unsigned row = 0; row < 9; ++row)
       for (unsigned k = 0; k < 3; ++k)
         Ag[row][k] = A[row][3 * k] * gb[0] + A[row][3 * k + 1] * gb[1] + A[row][3 * k + 2] * gb[2];
-    const Lanes mass = cells.mass * N[b] * cells.JxW[q];
     for (unsigned a = 0; a <= b; ++a) {
       Lanes *block = K + (a * n + b) * 9;
-      for (unsigned i = 0; i < 3; ++i) {
+      for (unsigned i = 0; i < 3; ++i)
         for (unsigned k = 0; k < 3; ++k)
           block[3 * i + k] += g[a][0] * Ag[3 * i][k] + g[a][1] * Ag[3 * i + 1][k] + g[a][2] * Ag[3 * i + 2][k];
-        block[4 * i] += N[a] * mass;
-      }
     }
   }
+}
+
+/// Of the upper triangle: K_ab += int N_a N_b mass I.
+template <unsigned n>
+HEARTBUS_INLINE void add_mass(const ElasticityCells &cells, Lanes *K) {
+  for (unsigned b = 0; b < n; ++b)
+    for (unsigned a = 0; a <= b; ++a) {
+      Lanes mass{};
+      for (unsigned q = 0; q < cells.n_q; ++q)
+        mass += (cells.shapes[q * n + a] * cells.shapes[q * n + b]) * cells.JxW[q];
+      mass *= cells.mass;
+      for (unsigned i = 0; i < 3; ++i)
+        K[(a * n + b) * 9 + 4 * i] += mass;
+    }
 }
 
 template <unsigned n>
@@ -133,17 +177,18 @@ HEARTBUS_INLINE void add_dilatation_tangent(const Lanes &modulus, const Lanes *b
 template <unsigned n, bool mean, class Law>
 HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits) {
   const Dilatation<n, mean> dilatation(law, cells);
-  for (unsigned q = 0; q < cells.n_q; ++q) {
+  for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     Symmetric<Lanes> S;
-    const Lanes J = deformation<n>(cells, q, g, F);
+    const Lanes J = deformation<n>(cells, q, g, F), w = weight<n>(cells, q);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress(C, J, dilatation.at(law, J), S);
-    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], cells.fibres, C, S);
-    update(limits, J, law.exponent(C), cells.JxW[q]);
-    add_forces<n>(cells, q, g, F, S, r);
+    add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S);
+    update(limits, J, law.exponent(C), w);
+    add_stress<n>(w, g, F, S, r);
   }
+  add_inertia<n>(cells, r);
 }
 
 template <unsigned n, bool mean, class Law>
@@ -151,36 +196,38 @@ HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells 
                                           DeformationLimits &limits) {
   const Dilatation<n, mean> dilatation(law, cells);
   [[maybe_unused]] std::array<Lanes, 3 * n> volume_gradient{};
-  for (unsigned q = 0; q < cells.n_q; ++q) {
+  for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     Symmetric<Lanes> S;
     Tangent<Lanes> D;
     std::array<std::array<Lanes, 9>, 9> A;
-    const Lanes J = deformation<n>(cells, q, g, F);
+    const Lanes J = deformation<n>(cells, q, g, F), w = weight<n>(cells, q);
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress_and_tangent(C, J, dilatation.at(law, J), S, D);
-    add_active_stress(interpolate<n>(cells, q, cells.tension), cells.dispersion[q], cells.fibres, C, S, D);
-    update(limits, J, law.exponent(C), cells.JxW[q]);
+    add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S, D);
+    update(limits, J, law.exponent(C), w);
     elasticity_tensor(F, S, D, A);
-    add_forces<n>(cells, q, g, F, S, r);
-    add_tangent<n>(cells, q, g, A, K);
+    add_stress<n>(w, g, F, S, r);
+    add_tangent<n>(w, g, A, K);
     if constexpr (mean)
       add_volume_gradient<n>(cells, q, g, F, volume_gradient.data());
   }
   if constexpr (mean)
     add_dilatation_tangent<n>(dilatation.modulus, volume_gradient.data(), K);
+  add_inertia<n>(cells, r);
+  add_mass<n>(cells, K);
   mirror_upper_triangle<n>(K);
 }
 
 template <unsigned n>
 HEARTBUS_INLINE void active_force(const ElasticityCells &cells, Lanes *r) {
-  for (unsigned q = 0; q < cells.n_q; ++q) {
+  for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     deformation<n>(cells, q, g, F);
     Symmetric<Lanes> S{};
-    add_active_stress(interpolate<n>(cells, q, cells.tension) * cells.JxW[q], cells.dispersion[q], cells.fibres,
+    add_active_stress(tension<n>(cells, q) * weight<n>(cells, q), cells.dispersion[q], cells.fibres,
                       right_cauchy_green(F), S);
     for (unsigned a = 0; a < n; ++a)
       for (unsigned i = 0; i < 3; ++i)
@@ -189,16 +236,16 @@ HEARTBUS_INLINE void active_force(const ElasticityCells &cells, Lanes *r) {
 }
 
 template <unsigned n>
-HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight) {
-  for (unsigned q = 0; q < cells.n_q; ++q) {
+HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weights) {
+  for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     deformation<n>(cells, q, g, F);
     const Lanes I4 = fibre_stretch_squared(cells.dispersion[q], right_cauchy_green(F));
     for (unsigned a = 0; a < n; ++a) {
-      const Lanes w = cells.shapes[q * n + a] * cells.JxW[q];
+      const Lanes w = shape<n>(cells, q, a) * weight<n>(cells, q);
       numerator[a] += I4 * w;
-      weight[a] += w;
+      weights[a] += w;
     }
   }
 }

@@ -224,6 +224,15 @@ void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &t
   fem::zero_constrained(r, constrained_);
 }
 
+fem::Vector ElasticityProblem::interface_area(const fem::Vector &d) const {
+  const fem::GhostValues ghosts(d);
+  fem::Vector area = space_.make_vector(3);
+  for (const auto &surface : interface_)
+    surface.add_force(1, d, area);
+  area.zero_out_ghost_values();
+  return area;
+}
+
 fem::Vector ElasticityProblem::unit_pressure_force() const {
   fem::Vector b = space_.make_vector(3);
   for (const auto &surface : interface_)

@@ -64,6 +64,8 @@ class ElasticityProblem {
   void fibre_stretch(const fem::Vector &d, fem::Vector &stretch) const;
   /// Of the interface as d^n moves it, on the blood: the solid's own boundary term, free degrees of freedom only.
   fem::Vector unit_pressure_force() const;
+  /// int J F^{-T} N phi over the interface as d moves it, N out of the wall; all degrees of freedom.
+  fem::Vector interface_area(const fem::Vector &d) const;
   const fem::Constraints &constrained() const { return constrained_; }
   const fem::LagrangeSpace &space() const { return space_; }
   const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`

@@ -1,6 +1,7 @@
 #include "mech_solver/mech_solver.h"
 
 #include "common/fem/output_mesh.h"
+#include "common/fem/owned_faces.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
@@ -78,6 +79,7 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.input("calcium", "tissue", 1, "uM", calcium_);
   if (space_.has_label("interface")) {
     bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    fem::declare_faces(space_, "interface", bus);
     if (!is_alone_)
       bus.input("blood_force", "interface", 3, "N", blood_force_);
     bus.output("held", "interface", 3, "1", "always", held_);
@@ -99,6 +101,10 @@ void MechSolver::declare(bus::Declaration &bus) {
     bus.input("unit_pressure_force", "interface", 3, "m^2", unit_pressure_force_);
     bus.output("pressure_correction", "interface", 1, "Pa", "n+1", pressure_correction_);
     bus.task("correct", [this](const bus::Step &step) { correct(step); });
+  }
+  if (filling_) {
+    filling_->declare(bus);
+    bus.task("press", [this](const bus::Step &step) { press(step); });
   }
   bus.task("inflate", [this](const bus::Step &) { inflate(); });
   bus.scalar("newton_iterations", "1", [this] { return double(statistics_.iterations); });
@@ -157,7 +163,10 @@ void MechSolver::inflate() {
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
   to_interface(forces, wall_force_);
-  if (!is_alone_)
+  if (filling_) { // which holds it in place of nodal forces
+    problem_.interface_pressure = parameters_.initial_pressure;
+    filling_->begin(parameters_.initial_pressure, d_);
+  } else if (!is_alone_)
     blood_force_n_ = blood_force_ = wall_force_;
   to_interface(d_, displacement_);
   wall_velocity_.assign(wall_velocity_.size(), 0.0);
@@ -200,12 +209,16 @@ void MechSolver::prepare_step(const bus::Step &step) {
 void MechSolver::solve_step(const bus::Step &step) {
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
     problem_.load.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_force_[k];
+  if (filling_)
+    problem_.interface_pressure = filling_->guess();
   begin_solve(step);
   if (parameters_.inertia)
     statistics_ = problem_.solve_dynamic(step.size, d_);
   else
     find_equilibrium(step);
   end_solve(step, statistics_);
+  if (filling_)
+    filling_->respond(d_);
 }
 
 void MechSolver::find_equilibrium(const bus::Step &step) {
@@ -306,6 +319,12 @@ void MechSolver::correct(const bus::Step &step) {
   show_motion(step.size);
 }
 
+void MechSolver::press(const bus::Step &step) {
+  filling_->press(d_);
+  iterate_moves_.record(1, d_); // the next step starts from what will be before this
+  show_motion(step.size);
+}
+
 void MechSolver::refresh() {
   problem_.forget_tangent();
   iterate_moves_.forget();
@@ -331,6 +350,8 @@ void MechSolver::commit_step(const bus::Step &step) {
   fem::copy_owned(d_, problem_.d_n);
   iterate_moves_.commit();
   force_generation_.commit();
+  if (filling_)
+    filling_->commit();
   blood_force_n_ = blood_force_;
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
@@ -348,6 +369,8 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
     state.points("interface", fem::owned_points(space_, interface_nodes_), spacing);
     state.field("blood_force", 3, blood_force_n_.data());
   }
+  if (filling_)
+    filling_->visit(state);
   double step_size = step.size;
   state.number("step_size", step_size);
   if (step_size != step.size) { // the velocity is to stay
@@ -379,6 +402,8 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   problem_.interface_pressure = is_alone_ ? parameters_.initial_pressure : 0;
   d_ = problem_.d_n;
   measure_cavity();
+  if (filling_)
+    filling_->load(d_);
   blood_force_ = wall_force_ = blood_force_n_;
   fem::Vector velocity(d_);
   velocity -= problem_.d_nm1;

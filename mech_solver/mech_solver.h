@@ -5,6 +5,7 @@
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
+#include "mech_solver/cavity_filling.h"
 #include "mech_solver/elasticity_problem.h"
 #include "mech_solver/force_generation.h"
 #include "mech_solver/interface_impedance.h"
@@ -39,6 +40,9 @@ class MechSolver : public bus::Solver {
   /// No blood pushes: the initial pressure stays on the interface. Before `declare`.
   void stand_alone() { is_alone_ = true; }
 
+  /// The blood has one pressure, which a circulation in another participant finds.
+  void fill_cavity() { filling_.emplace(problem_); }
+
   void declare(bus::Declaration &declaration) override;
   /// s^{n+1}; then v* and W* of k = 0.
   void prepare_step(const bus::Step &step) override;
@@ -59,6 +63,9 @@ class MechSolver : public bus::Solver {
   /// The pressure pi that makes up for the step's volume defect (see docs/schemes.md): with the unit pressure's force b
   /// and w = A^{-1} b,    pi = b.(u - v) dt / (b.w),    d += pi w,    L += pi b.
   void correct(const bus::Step &step);
+
+  /// Moves the wall to where the circulation's pressure has it.
+  void press(const bus::Step &step);
 
   // For those who solve the wall together with something else, solve_step in two parts: the displacement to start from,
   // which they overwrite with d^{n+1}, and what follows from it.
@@ -112,6 +119,8 @@ class MechSolver : public bus::Solver {
   std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
   fem::Vector response_;          ///< w
   unsigned response_tangent_ = 0; ///< number of the tangent of w
+
+  std::optional<CavityFilling> filling_; ///< when a circulation takes part
 
   OutputParameters output_;
   std::unique_ptr<io::FieldWriter> writer_;

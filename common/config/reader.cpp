@@ -140,7 +140,8 @@ class Reader final : public Section {
     const Node *node = node_ ? node_->find(key) : nullptr;
     const std::string &where = node ? node->where : where_;
     const bool of_command_line = where.compare(0, 2, "--") == 0;
-    return of_command_line ? name : (std::filesystem::path(where.substr(0, where.rfind(':'))).parent_path() / name).string();
+    const auto folder = std::filesystem::path(of_command_line ? "" : where.substr(0, where.rfind(':'))).parent_path();
+    return std::filesystem::absolute(folder / name).lexically_normal().string();
   }
 
   [[noreturn]] void fail(const std::string &key, const std::string &message) override {

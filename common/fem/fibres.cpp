@@ -1,11 +1,11 @@
 #include "common/fem/fibres.h"
 
 #include "common/bus/failure.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/nodal_matrix.h"
+#include "common/fem/wall_coordinates.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace heartbus::fem {
 namespace {
@@ -34,55 +34,20 @@ void set_frame(Mat3<Lanes> &frame, unsigned lane, const Direction &f, const Dire
   }
 }
 
-void assemble_laplace(const LagrangeSpace &space, NodalMatrix &A) {
-  const unsigned n = space.nodes_per_cell();
-  std::vector<Lanes> K(n * n);
-  A.clear();
-  for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
-    std::fill(K.begin(), K.end(), Lanes{});
-    for (unsigned q = 0; q < space.n_q(); ++q) {
-      const Lanes *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
-      for (unsigned a = 0; a < n; ++a)
-        for (unsigned b = 0; b < n; ++b)
-          K[a * n + b] += w * (g[3 * a] * g[3 * b] + g[3 * a + 1] * g[3 * b + 1] + g[3 * a + 2] * g[3 * b + 2]);
-    }
-    A.add_batch(batch, K.data());
-  }
+/// The direction in the wall, across e_t, that is nearest to k. Where e_t is parallel to k, at the apex, any is as good
+/// as another.
+Direction upwards(const Direction &e_t, const Direction &k) {
+  const Direction up = reject(k, e_t);
+  if (dot(up, up) > 1e-6 * dot(k, k))
+    return normalised(up);
+  return normalised(reject(std::abs(e_t[0]) < 0.9 ? Direction{1, 0, 0} : Direction{0, 1, 0}, e_t));
 }
 
-/// phi of the class comment, ghosts included.
-Vector transmural_coordinate(const LagrangeSpace &space) {
-  const auto endo = space.nodes_on("interface"), epi = space.nodes_on("epicardium");
-  Vector phi = space.make_vector(1), residual = space.make_vector(1), correction = space.make_vector(1);
-  std::vector<std::uint8_t> constrained(space.n_local_nodes());
-  for (unsigned node = 0; node < space.n_local_nodes(); ++node) {
-    constrained[node] = endo[node] || epi[node];
-    phi.local_element(node) = epi[node];
-  }
-  NodalMatrix A(space, 1);
-  assemble_laplace(space, A);
-  A.vmult(residual, phi);
-  residual *= -1;
-  zero_constrained(residual, constrained);
-  A.set_constraints(constrained);
-  assemble_laplace(space, A);
-  // Tight, so that the fibres do not depend on the partition.
-  solve_linear("transmural coordinate", A, correction, residual, *make_preconditioner("amg", A), 1e-12);
-  phi += correction;
-  phi.update_ghost_values();
-  return phi;
-}
-
-/// Where e_t is parallel to k, at the apex, any direction across e_t is as good as another.
-Direction upwards(const Direction &e_t) {
-  const Direction up = reject({0, 0, 1}, e_t);
-  return normalised(dot(up, up) > 1e-6 ? up : reject({1, 0, 0}, e_t));
-}
-
-/// nu of the class comment; `transmural` is e_t.
-double dispersed_share(const Direction &transmural, double angle) {
-  const Direction up = reject({0, 0, 1}, transmural);
-  const double x2 = angle > 0 ? std::min(1.0, dot(up, up) / std::pow(std::sin(angle), 2)) : 1;
+/// nu of the class comment; `axis`, k of the class comment, is a unit vector.
+double dispersed_share(const Direction &e_t, const Direction &axis, double angle) {
+  const Direction up = reject(axis, e_t);
+  const bool at_apex = angle > 0 && dot(e_t, axis) < 0; // not where a wall closes above the cavity
+  const double x2 = at_apex ? std::min(1.0, dot(up, up) / std::pow(std::sin(angle), 2)) : 1;
   return 0.5 * (1 - x2 * (2 - x2));
 }
 
@@ -96,16 +61,55 @@ Direction principal_direction(Mat3<double> M) {
   return normalised(M[i]);
 }
 
+/// Where fibres are wound to: k of the class comment.
+struct LongAxis {
+  Direction at_apex{0, 0, 1};
+  std::optional<WallGradient> rise; ///< none: the same everywhere
+
+  Direction at(unsigned slot, unsigned q) const { return rise ? rise->at(slot, q) : at_apex; }
+};
+
+/// What the wall's normal is, inwards, where psi is least: the mean over points within a tenth of its range from there.
+Direction axis_at_apex(const LagrangeSpace &space, const Vector &psi, const WallGradient &outwards) {
+  double lowest = 0;
+  for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
+    lowest = std::min(lowest, psi.local_element(node));
+  lowest = dealii::Utilities::MPI::min(lowest, space.communicator());
+  double own[3] = {}, all[3];
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < space.n_q() && space.slot_owned(slot); ++q) {
+      const double share = value_at_frame(space, psi, slot, q) / lowest;
+      const Direction e_t = normalised(outwards.at(slot, q));
+      for (unsigned i = 0; i < 3; ++i)
+        own[i] -= std::max(0., share - 0.9) * space.JxW(slot / n_lanes)[q][slot % n_lanes] * e_t[i];
+    }
+  dealii::Utilities::MPI::sum(own, space.communicator(), all);
+  return normalised({all[0], all[1], all[2]});
+}
+
+LongAxis find_long_axis(const LagrangeSpace &space, const geometry::FibreParameters &parameters,
+                        const WallGradient &outwards) {
+  LongAxis axis;
+  if (parameters.rule == "apicobasal") {
+    const Vector psi = rise_to_rings(space, parameters.rings);
+    axis.rise.emplace(space, psi);
+    axis.at_apex = axis_at_apex(space, psi, outwards);
+  }
+  return axis;
+}
+
 } // namespace
 
 Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &parameters)
     : n_q_(space.n_q()), frames_(std::size_t(space.n_batches()) * space.n_q()), dispersion_(frames_.size()) {
   if (parameters.rule == "constant")
     lay_constant(parameters);
+  else if (parameters.rule == "file")
+    lay_from_file(space);
   else if (parameters.rule == "ellipsoid")
     lay_in_ellipsoid(space, parameters);
   else
-    lay_transmural(space, parameters);
+    lay_through_wall(space, parameters);
   average_at_nodes(space);
 }
 
@@ -117,35 +121,46 @@ void Fibres::lay_constant(const geometry::FibreParameters &parameters) {
       set_frame(frame, lane, f, s);
 }
 
-void Fibres::lay_transmural(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {
-  if (!space.has_label("interface") || !space.has_label("epicardium"))
-    throw Failure(ExitCode::scene, "fibres: the rule `transmural` needs the boundary labels interface and epicardium, "
-                                   "which this shape lacks; take `rule: constant`");
-  const Vector phi = transmural_coordinate(space);
-  const unsigned n = space.nodes_per_cell();
+void Fibres::lay_from_file(const LagrangeSpace &space) {
   for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
-    const unsigned batch = slot / n_lanes, lane = slot % n_lanes;
+    const geometry::Mesh::Fibre *fibre = space.fibre(slot);
+    if (!fibre)
+      throw Failure(ExitCode::scene, "fibres: the rule `file` needs a mesh that brings fibres along; take another rule");
+    const auto &[f, s] = *fibre;
+    const Direction fibres = normalised({f[0], f[1], f[2]}), sheets = normalised(reject({s[0], s[1], s[2]}, fibres));
+    for (unsigned q = 0; q < n_q_; ++q)
+      set_frame(frames_[std::size_t(slot / n_lanes) * n_q_ + q], slot % n_lanes, fibres, sheets);
+  }
+}
+
+void Fibres::lay_through_wall(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {
+  if (!space.has_label("interface") || !space.has_label("epicardium"))
+    throw Failure(ExitCode::scene, "fibres: the rule `" + parameters.rule +
+                                       "` needs the boundary labels interface and epicardium, which this shape lacks; "
+                                       "take `rule: constant`");
+  const auto &outflow = parameters.outflow;
+  const Vector phi = transmural_coordinate(space),
+               near_outflow = outflow.rings.empty() ? Vector() : nearness(space, outflow.rings, outflow.length);
+  const WallGradient outwards(space, phi);
+  const LongAxis axis = find_long_axis(space, parameters, outwards);
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
     for (unsigned q = 0; q < n_q_; ++q) {
-      double depth = 0;
-      Direction gradient{};
-      for (unsigned a = 0; a < n; ++a) {
-        const double value = phi.local_element(space.cell_nodes(slot)[a]);
-        depth += space.shapes()[q * n + a] * value;
-        for (unsigned i = 0; i < 3; ++i)
-          gradient[i] += space.gradients(batch)[(q * n + a) * 3 + i][lane] * value;
-      }
-      lay(slot, q, depth, normalised(gradient), parameters);
+      const double depth = value_at_frame(space, phi, slot, q),
+                   w = outflow.rings.empty() ? 0 : value_at_frame(space, near_outflow, slot, q);
+      const double endo = (1 - w) * parameters.angle_endo + w * outflow.angle_endo,
+                   epi = (1 - w) * parameters.angle_epi + w * outflow.angle_epi;
+      const Direction e_t = normalised(outwards.at(slot, q));
+      lay(slot, q, endo * (1 - depth) + epi * depth, e_t, axis.at(slot, q));
+      dispersion_[std::size_t(slot / n_lanes) * n_q_ + q][slot % n_lanes] =
+          dispersed_share(e_t, axis.at_apex, parameters.dispersion_angle);
     }
   }
 }
 
-void Fibres::lay(unsigned slot, unsigned q, double depth, const Vec3<double> &transmural,
-                 const geometry::FibreParameters &parameters) {
-  const std::size_t at = std::size_t(slot / n_lanes) * n_q_ + q;
-  const Direction e_n = upwards(transmural), e_l = cross(e_n, transmural);
-  const double theta = parameters.angle_endo * (1 - depth) + parameters.angle_epi * depth;
-  set_frame(frames_[at], slot % n_lanes, sum(scaled(std::cos(theta), e_l), scaled(std::sin(theta), e_n)), transmural);
-  dispersion_[at][slot % n_lanes] = dispersed_share(transmural, parameters.dispersion_angle);
+void Fibres::lay(unsigned slot, unsigned q, double angle, const Vec3<double> &e_t, const Vec3<double> &axis) {
+  const Direction e_n = upwards(e_t, axis), e_l = cross(e_n, e_t);
+  set_frame(frames_[std::size_t(slot / n_lanes) * n_q_ + q], slot % n_lanes,
+            sum(scaled(std::cos(angle), e_l), scaled(std::sin(angle), e_n)), e_t);
 }
 
 void Fibres::lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {
@@ -162,7 +177,10 @@ void Fibres::lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreP
         (outside ? low : high) = t;
       }
       const double a = p.endocardium_across + low * p.wall, c = p.endocardium_along + low * p.wall;
-      lay(slot, q, low, normalised({x[0] / (a * a), x[1] / (a * a), x[2] / (c * c)}), parameters);
+      const Direction e_t = normalised({x[0] / (a * a), x[1] / (a * a), x[2] / (c * c)}), up{0, 0, 1};
+      lay(slot, q, parameters.angle_endo * (1 - low) + parameters.angle_epi * low, e_t, up);
+      dispersion_[std::size_t(slot / n_lanes) * n_q_ + q][slot % n_lanes] =
+          dispersed_share(e_t, up, parameters.dispersion_angle);
     }
 }
 

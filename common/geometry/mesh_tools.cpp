@@ -117,13 +117,6 @@ unsigned label_index(const Mesh &mesh, const std::string &label) {
   return std::find(mesh.labels.begin(), mesh.labels.end(), label) - mesh.labels.begin();
 }
 
-/// The two triangles of a quadrilateral, cut through its smallest vertex so that both neighbours cut alike.
-std::array<std::array<unsigned, 3>, 2> cut(const std::array<unsigned, 4> &q) {
-  if (std::min(q[0], q[3]) < std::min(q[1], q[2]))
-    return {{{q[0], q[1], q[3]}, {q[0], q[3], q[2]}}};
-  return {{{q[0], q[1], q[2]}, {q[1], q[3], q[2]}}};
-}
-
 } // namespace
 
 std::vector<std::vector<unsigned>> cell_faces(Mesh::CellKind kind) {
@@ -169,35 +162,6 @@ Mesh make_box(const Point3 &lower, const Point3 &upper, const std::array<unsigne
                          return 2 * c + high;
                    throw Failure(ExitCode::scene, "make_box: the lower corner must lie below the upper corner");
                  });
-  return mesh;
-}
-
-Mesh make_tetrahedra(const Mesh &hexahedra) {
-  Mesh mesh;
-  mesh.kind = Mesh::CellKind::tetrahedron;
-  mesh.points = hexahedra.points;
-  mesh.labels = hexahedra.labels;
-  mesh.material_names = hexahedra.material_names;
-  const auto faces = cell_faces(Mesh::CellKind::hexahedron);
-  for (std::size_t cell = 0; cell < hexahedra.n_cells(); ++cell) {
-    const unsigned *v = &hexahedra.cells[8 * cell];
-    Point3 centre{};
-    for (unsigned i = 0; i < 8; ++i)
-      for (unsigned c = 0; c < 3; ++c)
-        centre[c] += hexahedra.points[v[i]][c] / 8;
-    mesh.points.push_back(centre);
-    const unsigned apex = mesh.points.size() - 1;
-    for (const auto &face : faces)
-      for (const auto &triangle : cut({v[face[0]], v[face[1]], v[face[2]], v[face[3]]})) {
-        mesh.cells.insert(mesh.cells.end(), {triangle[0], triangle[1], triangle[2], apex});
-        if (tetrahedron_volume(mesh, mesh.n_cells() - 1) < 0)
-          std::swap(mesh.cells.end()[-4], mesh.cells.end()[-3]);
-        mesh.materials.push_back(hexahedra.materials[cell]);
-      }
-  }
-  for (const auto &face : hexahedra.faces)
-    for (const auto &t : cut(face.vertices))
-      mesh.faces.push_back({{t[0], t[1], t[2], 0}, face.label});
   return mesh;
 }
 

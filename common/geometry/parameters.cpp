@@ -1,9 +1,11 @@
 #include "common/geometry/parameters.h"
 
 #include "common/config/units.h"
+#include "common/geometry/mesh_file.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <string>
 
@@ -34,12 +36,38 @@ void check_valve(config::Section &s, const std::string &name, double centre, dou
                                  config::with_unit(1e3 * base_radius, "mm") + " inside the wall");
 }
 
+void describe_file(config::Section &s, Parameters &p) {
+  std::string &mesh = p.mesh;
+  if (mesh == Parameters().mesh)
+    mesh.clear();
+  s.text("mesh", mesh, "mesh file, made by `tools/mesh import`");
+  if (mesh.empty())
+    s.fail("mesh", "must be given with 'shape: file': the mesh file that `tools/mesh import` has made");
+  mesh = s.file("mesh", mesh);
+  const std::filesystem::path path(mesh);
+  if (path.extension() != ".h5")
+    s.fail("mesh", "'" + path.filename().string() + "' is no mesh file; `tools/mesh import SOLID FLUID --unit mm -o " +
+                       path.stem().string() + ".h5` makes one of .msh, .vtu, .vtk, .xdmf, .pts and .elem");
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    s.fail("mesh", "there is no file " + path.string());
+  const MeshFile file(mesh);
+  const auto kind = file.summary(file.has("solid") ? "solid" : "fluid").kind;
+  p.cells = kind == Mesh::CellKind::hexahedron ? "hexahedra" : "tetrahedra";
+}
+
 } // namespace
 
 void Parameters::describe(config::Section &s) {
-  s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube"}, "what the body looks like");
-  s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3", "custom"},
-           "mesh of the ideal left ventricle, from coarse to fine; custom: by the numbers in 'ventricle'");
+  s.choice("shape", shape, {"ideal_left_ventricle", "piston", "slab", "tube", "file"}, "what the body looks like");
+  if (shape == "file") {
+    describe_file(s, *this);
+  } else {
+    s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3", "custom"},
+             "mesh of the ideal left ventricle, from coarse to fine; custom: by the numbers in 'ventricle'");
+    s.choice("cells", cells, {"hexahedra", "tetrahedra"},
+             "tetrahedra: every hexahedron is split into five, on the same vertices");
+  }
   ventricle.describe(s.section("ventricle", "shape ideal_left_ventricle"));
   piston.describe(s.section("piston", "shape piston"));
   slab.describe(s.section("slab", "shape slab"));
@@ -111,17 +139,34 @@ void TubeParameters::describe(config::Section &s) {
   limit_cells(s, "cells_along", double(cells_along) * cells_across * (cells_across + 4. * (shells + layers)));
 }
 
+namespace {
+
+constexpr config::Range angle = between(-3.2, 3.2, "half a turn is 3.14 rad or 180 deg");
+
+} // namespace
+
+void OutflowFibreParameters::describe(config::Section &s) {
+  s.texts("rings", rings, "boundary parts around its orifice; none: no such tract");
+  s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium of the tract");
+  s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium of the tract");
+  s.quantity("length", length, "m", size_of_part, "over which fibres turn into those of the rest of the wall");
+}
+
 void FibreParameters::describe(config::Section &s) {
-  constexpr config::Range angle = between(-3.2, 3.2, "half a turn is 3.14 rad or 180 deg");
-  s.choice("rule", rule, {"transmural", "ellipsoid", "constant"},
-           "how fibres are laid: by angles through the wall, at the depth of a harmonic function or between the ventricle's "
-           "ellipsoids; or alike everywhere");
+  s.choice("rule", rule, {"transmural", "apicobasal", "ellipsoid", "constant", "file"},
+           "how fibres are laid: through the wall, below a flat base with normal z or between apex and any orifices; "
+           "ellipsoid: by the depth between the ventricle's ellipsoids; or all in one direction; file: as the mesh file has "
+           "them");
   s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
   s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),
              "where the wall's normal is closer than this to the long axis, at the apex, fibres disperse along the wall");
+  s.texts("rings", rings, "of the rule apicobasal: boundary parts around the orifices, to which the long axis leads");
+  outflow.describe(s.section("outflow", "fibres around an outflow tract"));
   s.quantities("direction", direction, "1", 3, "fibre direction of the constant rule");
   s.quantities("sheet", sheet, "1", 3, "sheet direction of the constant rule, made orthogonal to the fibre");
+  if (rule == "apicobasal" && rings.empty())
+    s.fail("rings", "the rule apicobasal needs one boundary part at least, such as 'base'");
   const auto product = [](const std::vector<double> &a, const std::vector<double> &b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
   };

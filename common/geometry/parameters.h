@@ -48,7 +48,8 @@ struct TubeParameters {
 /// The keys of the scene block `geometry`.
 struct Parameters {
   std::string shape = "ideal_left_ventricle";
-  std::string mesh = "M0"; ///< of the ventricle
+  std::string mesh = "M0"; ///< of the ventricle; of the shape `file` the mesh file
+  std::string cells = "hexahedra"; ///< or "tetrahedra": five in each hexahedron, on the same vertices; of a file what it has
   VentricleParameters ventricle;
   PistonParameters piston;
   SlabParameters slab;
@@ -56,16 +57,26 @@ struct Parameters {
   void describe(config::Section &section);
 };
 
+/// Fibres around an outflow tract, where the wall has one.
+struct OutflowFibreParameters {
+  std::vector<std::string> rings;                        ///< boundary parts around its orifice; none: no such tract
+  double angle_endo = 1.5707963267948966, angle_epi = 0; ///< [rad]
+  double length = 10e-3; ///< [m] over which fibres turn into those of the rest of the wall
+  void describe(config::Section &section);
+};
+
 /// The keys of the scene block `fibres`.
 struct FibreParameters {
-  /// "transmural": angles through the wall; "ellipsoid": the same by the depth between the ventricle's two ellipsoids;
-  /// "constant": one direction everywhere
+  /// "transmural", "apicobasal", "ellipsoid": angles through the wall, see fem::Fibres; "constant": one direction
+  /// everywhere; "file": of the mesh
   std::string rule = "transmural";
   double angle_endo = 1.0471975511965976, angle_epi = -1.0471975511965976; ///< [rad] against the circumference
-  double dispersion_angle = 0.5235987755982988;                            ///< [rad] of "transmural", see fem::Fibres
-  std::vector<double> direction{1, 0, 0};                                  ///< of "constant"
-  std::vector<double> sheet{0, 0, 1};                                      ///< of "constant"; made orthogonal to it
-  VentricleParameters ventricle;                                           ///< of "ellipsoid": that of the geometry
+  double dispersion_angle = 0.5235987755982988;                            ///< [rad] at the apex, see fem::Fibres
+  std::vector<std::string> rings{"base"}; ///< of "apicobasal": boundary parts around the orifices
+  OutflowFibreParameters outflow;
+  std::vector<double> direction{1, 0, 0}; ///< of "constant"
+  std::vector<double> sheet{0, 0, 1};     ///< of "constant"; made orthogonal to it
+  VentricleParameters ventricle;          ///< of "ellipsoid": that of the geometry
   void describe(config::Section &section);
 };
 

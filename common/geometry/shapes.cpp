@@ -1,6 +1,7 @@
 #include "common/geometry/shapes.h"
 
 #include "common/bus/failure.h"
+#include "common/geometry/mesh_file.h"
 #include "common/geometry/o_grid.h"
 
 #include <algorithm>
@@ -164,9 +165,38 @@ Ventricle make_ventricle(const Parameters &p) {
 
 using Labels = std::vector<std::string>;
 
+/// Of a file without this part: nothing.
+MeshSummary summary_of_file(const Parameters &p, const std::string &part) {
+  const MeshFile file(p.mesh);
+  return file.has(part) ? file.summary(part) : MeshSummary();
+}
+
+Mesh make_hexahedral_solid(const Parameters &p) {
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
+  if (p.shape == "slab")
+    return make_slab(p.slab);
+  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
+}
+
+Mesh make_hexahedral_fluid(const Parameters &p) {
+  if (p.shape == "slab")
+    throw Failure(ExitCode::scene,
+                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
+  if (p.shape == "piston")
+    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
+  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
+}
+
+Mesh in_wanted_cells(const Parameters &p, const Mesh &hexahedra) {
+  return p.cells == "tetrahedra" ? make_tetrahedra(hexahedra) : hexahedra;
+}
+
 } // namespace
 
 std::vector<std::string> solid_labels(const Parameters &p) {
+  if (p.shape == "file")
+    return summary_of_file(p, "solid").labels;
   if (p.shape == "piston")
     return {"x_low", "x_high", "y_low", "y_high", "z_low", "interface"};
   if (p.shape == "slab")
@@ -175,6 +205,8 @@ std::vector<std::string> solid_labels(const Parameters &p) {
 }
 
 std::vector<std::string> fluid_labels(const Parameters &p) {
+  if (p.shape == "file")
+    return summary_of_file(p, "fluid").labels;
   if (p.shape == "slab")
     return {};
   if (p.shape == "piston")
@@ -182,21 +214,30 @@ std::vector<std::string> fluid_labels(const Parameters &p) {
   return p.shape == "tube" ? Labels{"interface", "inlet", "outlet"} : Labels{"interface", "base", "mitral", "aortic"};
 }
 
-Mesh make_solid(const Parameters &p) {
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, -p.piston.column, 0, p.piston.cells_column, "z_high");
+std::vector<std::string> solid_regions(const Parameters &p) {
+  return p.shape == "file" ? summary_of_file(p, "solid").regions : make_solid(p).material_names;
+}
+
+bool brings_fibres(const Parameters &p) { return p.shape == "file" && summary_of_file(p, "solid").has_fibres; }
+
+std::size_t n_solid_points(const Parameters &p) {
+  return p.shape == "file" ? summary_of_file(p, "solid").n_points : make_solid(p).points.size();
+}
+
+std::size_t n_fluid_points(const Parameters &p) {
   if (p.shape == "slab")
-    return make_slab(p.slab);
-  return p.shape == "tube" ? Tube(p.tube).wall() : make_ventricle(p).wall();
+    return 0;
+  return p.shape == "file" ? summary_of_file(p, "fluid").n_points : make_fluid(p).points.size();
+}
+
+std::string checksum_of_meshes(const Parameters &p) { return MeshFile(p.mesh).checksum(); }
+
+Mesh make_solid(const Parameters &p) {
+  return p.shape == "file" ? MeshFile(p.mesh).read("solid") : in_wanted_cells(p, make_hexahedral_solid(p));
 }
 
 Mesh make_fluid(const Parameters &p) {
-  if (p.shape == "slab")
-    throw Failure(ExitCode::scene,
-                  "geometry: the shape `slab` has no fluid; take ideal_left_ventricle, piston or tube");
-  if (p.shape == "piston")
-    return make_piston_part(p.piston, 0, p.piston.fluid, p.piston.cells_fluid, "z_low");
-  return p.shape == "tube" ? Tube(p.tube).cavity() : make_ventricle(p).cavity();
+  return p.shape == "file" ? MeshFile(p.mesh).read("fluid") : in_wanted_cells(p, make_hexahedral_fluid(p));
 }
 
 } // namespace heartbus::geometry

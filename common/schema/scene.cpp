@@ -39,6 +39,14 @@ void check_labels(config::Section &s, const std::string &key, const std::vector<
                       config::joined(known));
 }
 
+void check_regions(config::Section &s, const std::string &key, const std::vector<std::string> &regions,
+                   const std::vector<std::string> &known) {
+  for (const auto &region : regions)
+    if (std::find(known.begin(), known.end(), region) == known.end())
+      s.fail(key, "the solid has no region '" + region + "'" + config::did_you_mean(region, known) + " It has " +
+                      config::joined(known));
+}
+
 // The full path of a key given by the end of it.
 std::string full_path(const std::string &key, const std::vector<std::string> &paths) {
   std::vector<std::string> found, last_words;
@@ -118,7 +126,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -147,8 +155,11 @@ void CouplingParameters::describe(config::Section &s) {
 
 void ParticipantParameters::describe(config::Section &s) {
   s.text("program", program, "executable, beside the coupler or on the PATH");
+  s.text("command", command, "in place of 'program': any program with its words, e.g. python3 my_ep.py --fast");
+  if (!command.empty())
+    program.clear();
   s.integer("ranks", ranks, {1, 100000}, "MPI processes");
-  config::Section &block = s.section("settings", "free keys, for programs from elsewhere");
+  config::Section &block = s.section("settings", "free keys of this participant; quantities carry units");
   for (const auto &key : block.free_keys())
     settings[key];
   for (auto &[key, value] : settings)
@@ -181,10 +192,11 @@ void SceneParameters::describe(config::Section &s) {
   s.text("scene", name, "name of the scene and of its folder of results");
   check_name(s, "scene", name, "a folder");
   geometry.describe(s.section("geometry", "shape and meshes"));
-  fibres.describe(s.section("fibres", "fibre directions in the wall"));
+  config::Section &directions = s.section("fibres", "fibre directions in the wall");
+  fibres.describe(directions);
   fibres.ventricle = geometry.ventricle;
   if (fibres.rule == "ellipsoid" && geometry.shape != "ideal_left_ventricle")
-    s.fail("fibres", "'rule: ellipsoid' is for 'shape: ideal_left_ventricle'");
+    directions.fail("rule", "ellipsoid is for 'shape: ideal_left_ventricle'");
   config::Section &time_block = s.section("time", "beats and time steps");
   time.describe(time_block);
   coupling.describe(s.section("coupling", "how the participants take turns"));
@@ -202,8 +214,8 @@ void SceneParameters::describe(config::Section &s) {
   for (auto &[participant, parameters] : participants) {
     check_name(who, participant, participant, "a participant");
     parameters.describe(who.section(participant, ""));
-    if (parameters.program.empty())
-      who.fail(participant, "has no 'program'");
+    if (parameters.program.empty() && parameters.command.empty())
+      who.fail(participant, "has neither 'program' nor 'command'");
   }
 
   ep.describe(s.section("electrophysiology", "electrical activity"));
@@ -215,24 +227,36 @@ void SceneParameters::describe(config::Section &s) {
   fluid.describe(blood);
   output.describe(s.section("output", "what is written"));
   time.settle(time_block, ep.stimulus.period);
-  check_boundaries(s, wall, lifting, blood);
+  check_boundaries(s, directions, wall, lifting, blood);
   check_consistency(s);
 }
 
-void SceneParameters::check_boundaries(config::Section &s, config::Section &wall, config::Section &lifting,
-                                       config::Section &blood) const {
+void SceneParameters::check_boundaries(config::Section &s, config::Section &directions, config::Section &wall,
+                                       config::Section &lifting, config::Section &blood) const {
   const auto in_fluid = geometry::fluid_labels(geometry);
   const bool has_blood = has("fluid") || has("fsi");
   if (in_fluid.empty() && (has("ale") || has_blood))
-    s.fail("geometry", "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
+    s.fail("geometry", geometry.shape == "file"
+                           ? "the mesh file has no fluid; `tools/mesh import SOLID FLUID` puts both in"
+                           : "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
+  const auto known = geometry::solid_labels(geometry);
   const auto computes = [&](const std::string &name) { return has(name) && participants.at(name).program != "replay"; };
+  if (known.empty() && (has("ep") || computes("mech") || has("fsi")))
+    s.fail("geometry", "the mesh file has no solid; `tools/mesh import SOLID FLUID` puts both in");
+  if (fibres.rule == "apicobasal")
+    check_labels(directions, "rings", fibres.rings, known);
+  if (fibres.rule != "constant" && fibres.rule != "file")
+    check_labels(directions, "outflow", fibres.outflow.rings, known);
   if (computes("mech") || has("fsi")) {
-    const auto known = geometry::solid_labels(geometry);
     check_labels(wall, "fixed", mech.fixed, known);
     check_labels(wall, "rollers", mech.rollers, known);
     check_labels(wall, "pericardium", mech.pericardium.labels, known);
     for (const auto &[name, load] : mech.loads)
       check_labels(wall, "loads", {load.label}, known);
+    std::vector<std::string> regions;
+    for (const auto &[name, region] : mech.regions)
+      regions.push_back(name);
+    check_regions(wall, "regions", regions, geometry::solid_regions(geometry));
   }
   if (computes("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);
@@ -247,7 +271,9 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &wall
 }
 
 void SceneParameters::check_consistency(config::Section &s) const {
-  if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
+  if (fibres.rule == "file" && !geometry::brings_fibres(geometry))
+    s.fail("fibres", "'rule: file' needs a mesh file with fibres: `tools/mesh import --fibres FILE` puts them in");
+  if (time.until_periodic > 0 && !has("fluid") && !has("fsi") && !has("circulation"))
     s.fail("time",
            "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))
@@ -258,6 +284,8 @@ void SceneParameters::check_consistency(config::Section &s) const {
                          config::shortest(time.step) + " s); 0 s: only at the end");
   if (!mech.inertia && has("mech") && has("fluid") && coupling.scheme != "one_way")
     s.fail("mechanics", "'inertia: false' is for a wall without blood, or with blood that only follows (scheme one_way)");
+  if (has("ep") && ep.degree == 2 && geometry.cells != "tetrahedra")
+    s.fail("electrophysiology", "'degree: 2' needs 'geometry: {cells: tetrahedra}'; hexahedra may be refined instead");
   if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
     s.fail("participants", "the scheme E1FSinf has 'fsi' in place of 'mech' and 'fluid', and no other scheme has it");
   if (has("fsi") && !has("ale"))

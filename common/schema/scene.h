@@ -48,9 +48,10 @@ struct CouplingParameters {
 };
 
 struct ParticipantParameters {
-  std::string program; ///< name of an executable, beside the coupler or on the PATH, or its path
+  std::string program; ///< name of an executable, beside the coupler or on the PATH, or its path; or
+  std::string command; ///< a program of any kind with its words, as a shell takes them
   int ranks = 1;
-  std::map<std::string, std::string> settings; ///< for programs from elsewhere; ours take none
+  std::map<std::string, std::string> settings; ///< free keys for it, the values as written
   void describe(config::Section &section);
 };
 
@@ -89,8 +90,8 @@ struct SceneParameters {
 
  private:
   void check_consistency(config::Section &section) const;
-  void check_boundaries(config::Section &section, config::Section &wall, config::Section &lifting,
-                        config::Section &blood) const;
+  void check_boundaries(config::Section &section, config::Section &directions, config::Section &wall,
+                        config::Section &lifting, config::Section &blood) const;
 };
 
 /// Reads a scene from its text, as every participant gets it from the coupler. Throws Failure(scene).

@@ -1,4 +1,5 @@
-"""Ranks without cells, nodes, interface or constraints: meshes of one cell on three ranks, the numbers of one rank."""
+"""Any mesh on any ranks has the numbers of one rank: meshes of one cell on three ranks, where some have no cells, nodes,
+interface or constraints; a ventricle of tetrahedra."""
 import csv
 import tempfile
 import unittest
@@ -9,6 +10,9 @@ from launch import SOURCE, run_crowded
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 SLAB = SOURCE / "configs/benchmarks/niederer2011/slab.yaml"
+VENTRICLE = SOURCE / "configs/ideal_lv"
+TIGHT = ["electrophysiology.tolerance=1e-12", "fluid.tolerance=1e-12", "lifting.tolerance=1e-12",
+         "mechanics.solver.residual_tolerance=1e-10", "mechanics.solver.linear_tolerance=1e-6"]
 ONE_CELL = ["piston.cells_across=1", "piston.cells_column=1", "piston.cells_fluid=1"]
 
 
@@ -45,6 +49,14 @@ class SmallMeshes(unittest.TestCase):
         settings = ["piston.cells_across=1", "piston.cells_column=3", "piston.cells_fluid=1", "time.end=2 ms"]
         few = self.compare(PISTON, settings, ["volume [m^3]", "mean_pressure [Pa]"], ranks=(1, 2))
         self.assertGreater(few["mean_pressure [Pa]"][-1], 0)
+
+    def test_a_ventricle_of_tetrahedra_with_quadratic_ones_for_electrophysiology(self):
+        settings = ["geometry.cells=tetrahedra", "electrophysiology.degree=2", "electrophysiology.refinements=0",
+                    "mesh=MXS", "time.end=1 ms", "output.every=1 ms", *TIGHT]
+        for scene in "tetrahedra.yaml", "e1fsinf.yaml":
+            with self.subTest(scene):
+                few = self.compare(VENTRICLE / scene, settings, ["volume [m^3]", "mean_pressure [Pa]"], ranks=(1, 2))
+                self.assertGreater(few["volume [m^3]"][-1], 1e-4)
 
     def test_tissue_of_one_cell(self):
         settings = ["slab.size=[1 mm, 1 mm, 1 mm]", "slab.cell=1 mm", "time.end=1 ms", "output.every=1 ms"]

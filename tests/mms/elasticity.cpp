@@ -169,13 +169,19 @@ Field body_force(const MatrixField &P) {
 
 double active_tension(const geometry::Point3 &x) { return 4e3 * (1 + x[0] * x[2]); }
 
+/// A unit cube.
+geometry::Mesh cube(unsigned n, bool tetrahedra) {
+  const geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n});
+  return tetrahedra ? geometry::make_tetrahedra(mesh) : mesh;
+}
+
 /// Guccione with fibres and active tension, held on all sides.
-double static_error_held(unsigned n) {
+double static_error_held(unsigned n, bool tetrahedra) {
   Parameters parameters = soft_neo_hookean();
   parameters.law = "guccione";
   parameters.active.sarcomere_length = 3; // so long that the tension acts in full, as in `total_stress`
   parameters.fixed = all_sides;
-  Body body(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}), parameters);
+  Body body(cube(n, tetrahedra), parameters);
   const Field d = [](const geometry::Point3 &x) -> Vec3<double> {
     const double s = 0.06 * std::sin(M_PI * x[0]) * std::sin(M_PI * x[1]) * std::sin(M_PI * x[2]);
     return {s, -s * x[0], 0.5 * s * (1 + x[1])};
@@ -191,11 +197,11 @@ double static_error_held(unsigned n) {
 }
 
 /// Neo-Hookean in springs on five sides, with tractions there.
-double static_error_in_springs(unsigned n) {
+double static_error_in_springs(unsigned n, bool tetrahedra) {
   Parameters parameters = soft_neo_hookean();
   parameters.fixed = {"z_low"};
   parameters.pericardium.labels = {"x_low", "x_high", "y_low", "y_high", "z_high"};
-  Body body(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}), parameters);
+  Body body(cube(n, tetrahedra), parameters);
   const Field d = [](const geometry::Point3 &x) -> Vec3<double> {
     const double s = 0.08 * std::sin(x[2]);
     return {s * std::cos(2 * x[1]), s * x[0] * x[0], 0.5 * s * (1 + std::sin(x[0] + x[1]))};
@@ -217,10 +223,10 @@ double static_error_in_springs(unsigned n) {
 }
 
 /// d = sin(omega t) B x is in the discrete space: the error is that of time stepping alone.
-double dynamic_error(double dt) {
+double dynamic_error(double dt, bool tetrahedra) {
   Parameters parameters = soft_neo_hookean();
   parameters.pericardium.labels = all_sides;
-  Body body(geometry::make_box({0, 0, 0}, {1, 1, 1}, {2, 2, 2}), parameters);
+  Body body(cube(2, tetrahedra), parameters);
   Matrix B;
   B[0] = {0.05, 0.02, 0};
   B[1] = {0.03, -0.04, 0.05};
@@ -295,21 +301,29 @@ double column_impedance(unsigned layers) {
 } // namespace
 
 TEST(Elasticity, StaticSolutionOfActiveGuccioneConvergesWithSecondOrder) {
-  const double coarse = static_error_held(4), fine = static_error_held(8);
+  const double coarse = static_error_held(4, false), fine = static_error_held(8, false);
   EXPECT_GT(coarse / fine, 3.5);
   EXPECT_LT(fine, 2e-3);
+  const double coarse_tetrahedra = static_error_held(4, true), fine_tetrahedra = static_error_held(8, true);
+  EXPECT_GT(coarse_tetrahedra / fine_tetrahedra, 3);
+  EXPECT_LT(fine_tetrahedra, 4e-3);
 }
 
 TEST(Elasticity, StaticSolutionInSpringsConvergesWithSecondOrder) {
-  const double coarse = static_error_in_springs(3), fine = static_error_in_springs(6);
+  const double coarse = static_error_in_springs(3, false), fine = static_error_in_springs(6, false);
   EXPECT_GT(coarse / fine, 3.5);
   EXPECT_LT(fine, 1e-3);
+  const double coarse_tetrahedra = static_error_in_springs(3, true), fine_tetrahedra = static_error_in_springs(6, true);
+  EXPECT_GT(coarse_tetrahedra / fine_tetrahedra, 3);
+  EXPECT_LT(fine_tetrahedra, 2e-3);
 }
 
 TEST(Elasticity, TimeSteppingConvergesWithFirstOrder) {
-  const double coarse = dynamic_error(1e-2), fine = dynamic_error(5e-3), finest = dynamic_error(2.5e-3);
+  const double coarse = dynamic_error(1e-2, false), fine = dynamic_error(5e-3, false),
+               finest = dynamic_error(2.5e-3, false);
   EXPECT_NEAR(std::log2(coarse / fine), 1, 0.25);
   EXPECT_NEAR(std::log2(fine / finest), 1, 0.15);
+  EXPECT_NEAR(dynamic_error(5e-3, true), fine, 1e-3 * fine); // the motion is linear in space
 }
 
 TEST(Elasticity, PressureFollowsTheSurface) {

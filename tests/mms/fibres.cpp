@@ -4,6 +4,7 @@
 #include "common/geometry/shapes.h"
 #include "mpi_test_main.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -29,7 +30,23 @@ void for_each_owned_point(const fem::LagrangeSpace &space, const Visit &visit) {
 
 double largest(double x) { return dealii::Utilities::MPI::max(x, MPI_COMM_WORLD); }
 
-geometry::Mesh ventricle() { return geometry::make_solid(geometry::Parameters()); }
+geometry::Mesh ventricle(const std::string &cells = "hexahedra") {
+  geometry::Parameters parameters;
+  parameters.cells = cells;
+  return geometry::make_solid(parameters);
+}
+
+geometry::FibreParameters by_rule(const std::string &rule) {
+  geometry::FibreParameters parameters;
+  parameters.rule = rule;
+  return parameters;
+}
+
+/// By 50 degrees around x.
+Point3 tilted(const Point3 &x) {
+  const double c = std::cos(5 * M_PI / 18), s = std::sin(5 * M_PI / 18);
+  return {x[0], c * x[1] - s * x[2], s * x[1] + c * x[2]};
+}
 
 /// A flat wall of 10 mm: endocardium x = 0, epicardium x = 10 mm.
 geometry::Mesh flat_wall() {
@@ -59,9 +76,9 @@ TEST(Fibres, TurnLinearlyThroughAFlatWall) {
   });
 }
 
-TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle());
-  const fem::Fibres fibres(space, {});
+namespace {
+
+double worst_frame(const fem::LagrangeSpace &space, const fem::Fibres &fibres) {
   double worst = 0;
   for (unsigned batch = 0; batch < space.n_batches(); ++batch)
     for (unsigned q = 0; q < space.n_q(); ++q) {
@@ -74,7 +91,80 @@ TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
             worst = std::max(worst, std::abs(RtR[i][j][lane] - (i == j)));
       }
     }
-  EXPECT_LT(largest(worst), 1e-12); // not a number fails too
+  return largest(worst); // not a number fails too
+}
+
+} // namespace
+
+TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
+  for (const auto &[cells, degree] : {std::pair("hexahedra", 1u), std::pair("tetrahedra", 1u), std::pair("tetrahedra", 2u)}) {
+    const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle(cells), 0, degree);
+    for (const char *rule : {"transmural", "apicobasal"})
+      EXPECT_LT(worst_frame(space, fem::Fibres(space, by_rule(rule))), 1e-12) << cells << degree << rule;
+  }
+}
+
+/// In the corners of this cup are cells with all vertices on the endocardium, without a transmural gradient of their own.
+TEST(Fibres, AreLaidInCellsWithAllVerticesOnOneSide) {
+  geometry::Mesh mesh = flat_wall();
+  for (auto &face : mesh.faces)
+    face.label = face.label == 1;
+  mesh.labels = {"interface", "epicardium"};
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_tetrahedra(mesh));
+  const auto endo = space.nodes_on("interface");
+  double n_flat = 0;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    n_flat += space.slot_owned(slot) && std::all_of(space.cell_nodes(slot), space.cell_nodes(slot) + 4,
+                                                    [&](unsigned node) { return endo[node]; });
+  EXPECT_GT(dealii::Utilities::MPI::sum(n_flat, MPI_COMM_WORLD), 0);
+  EXPECT_LT(worst_frame(space, fem::Fibres(space, {})), 1e-12);
+}
+
+/// On the ventricle with a flat base, the general rule lays the fibres of the special one.
+TEST(Fibres, BetweenApexAndRingsAreThoseBelowAFlatBase) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle());
+  const fem::Fibres special(space, by_rule("transmural")), general(space, by_rule("apicobasal"));
+  double worst = 0, worst_share = 0;
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    const Point3 a = column(special, slot, q, 0), b = column(general, slot, q, 0), s = column(special, slot, q, 1);
+    const double share = special.dispersion(slot / n_lanes)[q][slot % n_lanes];
+    worst_share = std::max(worst_share, std::abs(share - general.dispersion(slot / n_lanes)[q][slot % n_lanes]));
+    if (std::hypot(s[0], s[1]) > std::sin(M_PI / 12)) // not at the apex, where fibres have no direction
+      worst = std::max(worst, std::acos(std::min(1., a[0] * b[0] + a[1] * b[1] + a[2] * b[2])) * 180 / M_PI);
+  });
+  EXPECT_LT(largest(worst), 4);
+  EXPECT_LT(largest(worst_share), 0.03);
+}
+
+TEST(Fibres, BetweenApexAndRingsTurnWithTheBody) {
+  geometry::Mesh mesh = ventricle("tetrahedra"), turned = mesh;
+  std::transform(mesh.points.begin(), mesh.points.end(), turned.points.begin(), tilted);
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh), turned_space(MPI_COMM_WORLD, turned);
+  const fem::Fibres fibres(space, by_rule("apicobasal")), turned_fibres(turned_space, by_rule("apicobasal"));
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    const Point3 s = column(fibres, slot, q, 1);
+    for (unsigned i = 0; i < 2 && std::hypot(s[0], s[1]) > 0.05; ++i) {
+      const Point3 wanted = tilted(column(fibres, slot, q, i)), found = column(turned_fibres, slot, q, i);
+      for (unsigned c = 0; c < 3; ++c)
+        EXPECT_NEAR(found[c], wanted[c], 1e-6);
+    }
+  });
+}
+
+/// In a flat wall w = cosh(z / l) / cosh(H / l): no flux below, 1 on the ring at the top.
+TEST(Fibres, TurnIntoThoseOfTheOutflowTract) {
+  geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {10e-3, 4e-3, 40e-3}, {4, 1, 40});
+  mesh.labels = {"interface", "epicardium", "a", "b", "low", "ring"};
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh);
+  geometry::FibreParameters parameters = by_rule("apicobasal");
+  parameters.rings = parameters.outflow.rings = {"ring"};
+  const fem::Fibres fibres(space, parameters);
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    const Point3 x = space.quadrature_point(slot, q), f = column(fibres, slot, q, 0);
+    const double depth = x[0] / 10e-3, w = std::cosh(x[2] / 10e-3) / std::cosh(4.), third = M_PI / 3;
+    const double theta = ((1 - w) * third + w * M_PI / 2) * (1 - depth) - (1 - w) * third * depth;
+    EXPECT_NEAR(std::atan2(f[2], f[1]), theta, 0.003);
+  });
 }
 
 TEST(Fibres, FormARightHandedHelixOnTheEndocardiumAndALeftHandedOneOnTheEpicardium) {
@@ -184,6 +274,22 @@ TEST(Fibres, OfTheConstantRuleFollowTheGivenDirection) {
     EXPECT_EQ(column(fibres, slot, q, 0), (Point3{0, 1, 0}));
     EXPECT_NEAR(column(fibres, slot, q, 1)[0], 1, 1e-14);
     EXPECT_NEAR(column(fibres, slot, q, 2)[2], -1, 1e-14);
+  });
+}
+
+TEST(Fibres, OfTheRuleFileAreThoseOfTheMesh) {
+  geometry::Mesh mesh = flat_wall();
+  geometry::FibreParameters parameters;
+  parameters.rule = "file";
+  EXPECT_THROW(fem::Fibres(fem::LagrangeSpace(MPI_COMM_WORLD, mesh), parameters), Failure);
+  mesh.fibres.assign(mesh.n_cells(), {Point3{0, 0.6, 0.8}, Point3{1, 0, 0}});
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1);
+  const fem::Fibres fibres(space, parameters);
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    EXPECT_NEAR(column(fibres, slot, q, 0)[2], 0.8, 1e-14);
+    EXPECT_NEAR(column(fibres, slot, q, 1)[0], 1, 1e-14);
+    EXPECT_NEAR(column(fibres, slot, q, 2)[1], 0.8, 1e-14);
+    EXPECT_EQ(fibres.dispersion(slot / n_lanes)[q][slot % n_lanes], 0);
   });
 }
 

@@ -35,8 +35,9 @@ struct Scene {
   }
 };
 
-Scene ventricle(Valve valve, double tension, double tension_rate) {
+Scene ventricle(Valve valve, double tension, double tension_rate, const std::string &cells = "hexahedra") {
   Scene scene;
+  scene.geometry.cells = cells;
   scene.geometry.mesh = "MXS";
   scene.valve = valve;
   scene.tension = tension;
@@ -227,6 +228,10 @@ TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAContractingVentricleEnd) {
 
 TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAnEjectingVentricleEnd) {
   expect_the_monolithic_step(ventricle(Valve::aortic, 1e3, 2e6));
+}
+
+TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAnEjectingVentricleOfTetrahedraEnd) {
+  expect_the_monolithic_step(ventricle(Valve::aortic, 1e3, 2e6, "tetrahedra"));
 }
 
 TEST(MonolithicStep, IsWhereRobinNeumannIterationsOfAFillingVentricleEnd) {

@@ -4,6 +4,7 @@
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
+#include "common/fem/on_root.h"
 #include "common/fem/rounded_matrix.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
@@ -81,21 +82,35 @@ double poisson_error(const geometry::Mesh &mesh, unsigned refinements, unsigned 
 } // namespace
 
 TEST(LagrangeSpace, MeasuresVolumeAndSurfaceOfABox) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 2, 3}, {3, 2, 4}), 1);
-  double volume = 0, area = 0;
-  for (unsigned batch = 0; batch < space.n_owned_batches(); ++batch)
-    for (unsigned q = 0; q < space.n_q(); ++q)
-      for (unsigned lane = 0; lane < n_lanes; ++lane)
-        volume += space.JxW(batch)[q][lane];
-  const auto top = space.faces("z_high");
-  for (unsigned f = 0; f < top.n_faces; ++f)
-    for (unsigned q = 0; q < top.n_q; ++q) {
-      EXPECT_NEAR(top.normals[(f * top.n_q + q) * 3 + 2], 1, 1e-14);
-      area += top.owned[f] ? top.JxW[f * top.n_q + q] : 0;
-    }
-  EXPECT_EQ(space.n_global_cells(), 3u * 2 * 4 * 8);
-  EXPECT_NEAR(global_sum(volume), 6, 1e-13);
-  EXPECT_NEAR(global_sum(area), 2, 1e-13);
+  const geometry::Mesh box = geometry::make_box({0, 0, 0}, {1, 2, 3}, {3, 2, 4});
+  for (const auto &[mesh, degree] : {std::pair(box, 1u), std::pair(geometry::make_tetrahedra(box), 1u),
+                                     std::pair(geometry::make_tetrahedra(box), 2u)}) {
+    const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1, degree);
+    double volume = 0, area = 0;
+    for (unsigned batch = 0; batch < space.n_owned_batches(); ++batch)
+      for (unsigned q = 0; q < space.n_q(); ++q)
+        for (unsigned lane = 0; lane < n_lanes; ++lane)
+          volume += space.JxW(batch)[q][lane];
+    const auto top = space.faces("z_high");
+    for (unsigned f = 0; f < top.n_faces; ++f)
+      for (unsigned q = 0; q < top.n_q; ++q) {
+        EXPECT_NEAR(top.normals[(f * top.n_q + q) * 3 + 2], 1, 1e-14);
+        area += top.owned[f] ? top.JxW[f * top.n_q + q] : 0;
+      }
+    EXPECT_EQ(space.n_global_cells(), mesh.n_cells() * 8);
+    EXPECT_NEAR(global_sum(volume), 6, 1e-13);
+    EXPECT_NEAR(global_sum(area), 2, 1e-13);
+  }
+}
+
+/// The halves of all edges, and nothing twice: a box of n cells a side has (n + 1)^3 vertices, and as many diagonals as
+/// faces once each.
+TEST(LagrangeSpace, RefinedTetrahedraShareTheirNodes) {
+  const geometry::Mesh mesh = geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 1, 1}, {2, 2, 2}));
+  const fem::LagrangeSpace refined(MPI_COMM_WORLD, mesh, 1, 1), quadratic(MPI_COMM_WORLD, mesh, 0, 2);
+  const unsigned edges = 3 * 2 * 3 * 3 + 3 * 3 * 2 * 2; // of the hexahedra, and a diagonal of each of their faces
+  EXPECT_EQ(refined.n_global_nodes(), 27u + edges);
+  EXPECT_EQ(quadratic.n_global_nodes(), 27u + edges);
 }
 
 TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
@@ -106,6 +121,39 @@ TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
     const auto on = space.nodes_on("y_high");
     for (unsigned node = 0; node < space.n_local_nodes(); ++node)
       EXPECT_EQ(bool(on[node]), space.points()[node][1] > 1 - 1e-12);
+  }
+}
+
+TEST(LagrangeSpace, WhatAMeshSaysOfItsCellsReachesThemFromTheFirstRank) {
+  const auto region = [](const geometry::Point3 &x) { return unsigned(x[0]) + 4 * unsigned(x[1]) + 12 * unsigned(x[2]); };
+  const auto make = [&] {
+    geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {4, 3, 2}, {4, 3, 2});
+    mesh.material_names.assign(24, "");
+    for (unsigned cell = 0; cell < mesh.n_cells(); ++cell) {
+      mesh.materials[cell] = region(mesh.points[mesh.cells[8 * cell]]);
+      mesh.fibres.push_back({geometry::Point3{std::cos(cell), std::sin(cell), 0}, geometry::Point3{0, 0, 1}});
+    }
+    return mesh;
+  };
+  const geometry::Mesh mesh = fem::mesh_on_root(MPI_COMM_WORLD, make);
+  EXPECT_EQ(mesh.points.empty(), dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) != 0);
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1);
+  EXPECT_EQ(space.material_names().size(), 24u);
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
+    const unsigned here = region(space.quadrature_point(slot, 0));
+    EXPECT_EQ(space.material(slot), here);
+    EXPECT_EQ(space.fibre(slot)->at(0)[1], std::sin(here)); // cells of a box are numbered as the regions are
+  }
+}
+
+TEST(LagrangeSpace, WhatTheFirstRankRefusesEndsAll) {
+  const auto refuse = []() -> geometry::Mesh { throw Failure(ExitCode::file, "damaged"); };
+  try {
+    fem::mesh_on_root(MPI_COMM_WORLD, refuse);
+    FAIL();
+  } catch (const Failure &failure) {
+    EXPECT_EQ(failure.code(), ExitCode::file);
+    EXPECT_STREQ(failure.what(), "damaged");
   }
 }
 
@@ -152,6 +200,7 @@ TEST(LagrangeSpace, PoissonConvergesWithOrderTwoAndThreeOnTetrahedra) {
     return geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 1, 1}, {n, n, n}));
   };
   EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(8), 0, 1)), 2, 0.2);
+  EXPECT_NEAR(std::log2(poisson_error(mesh(4), 0, 1) / poisson_error(mesh(4), 1, 1)), 2, 0.2);
   EXPECT_NEAR(std::log2(poisson_error(mesh(3), 0, 2) / poisson_error(mesh(6), 0, 2)), 3, 0.3);
 }
 

@@ -173,14 +173,52 @@ TEST(GeometryParameters, RefuseOverlappingValvesAndParallelFibresAndSheets) {
   EXPECT_NE(complaint("geometry: {slab: {size: [20 mm, 0 mm, 3 mm]}}").find("positive"), std::string::npos);
 }
 
-TEST(Tetrahedra, FillTheSameVolumeWithTheSameBoundary) {
+TEST(Tetrahedra, FillTheSameVolumeWithTheSameBoundaryOnTheSameVertices) {
   const Mesh hexahedra = make_box({0, 0, 0}, {1, 2, 3}, {2, 3, 2}), tetrahedra = make_tetrahedra(hexahedra);
   EXPECT_NO_THROW(check(tetrahedra));
-  EXPECT_EQ(tetrahedra.n_cells(), 12 * hexahedra.n_cells());
+  EXPECT_EQ(tetrahedra.n_cells(), 5 * hexahedra.n_cells());
+  EXPECT_EQ(tetrahedra.points, hexahedra.points);
   EXPECT_NEAR(volume(tetrahedra), 6, 1e-12);
   for (const auto &label : hexahedra.labels)
     EXPECT_NEAR(area(tetrahedra, label), area(hexahedra, label), 1e-12) << label;
-  EXPECT_NO_THROW(check(make_tetrahedra(make_solid(shape("ideal_left_ventricle")))));
+}
+
+namespace {
+
+using Triangle = std::set<Point3>;
+
+std::set<Triangle> triangles_on(const Mesh &mesh, const std::string &label) {
+  std::set<Triangle> triangles;
+  for (const auto &face : mesh.faces)
+    if (mesh.labels[face.label] == label)
+      triangles.insert({mesh.points[face.vertices[0]], mesh.points[face.vertices[1]], mesh.points[face.vertices[2]]});
+  return triangles;
+}
+
+} // namespace
+
+TEST(Tetrahedra, OfWallAndBloodShareTheTrianglesOfTheInterface) {
+  for (const auto &[name, mesh] : {std::pair("ideal_left_ventricle", "MXS"), std::pair("ideal_left_ventricle", "M0"),
+                                   std::pair("ideal_left_ventricle", "M1"), std::pair("tube", ""), std::pair("piston", "")}) {
+    Parameters parameters = shape(name, mesh);
+    parameters.cells = "tetrahedra";
+    const Mesh solid = make_solid(parameters), fluid = make_fluid(parameters);
+    EXPECT_NO_THROW(check(solid)) << name << mesh;
+    EXPECT_NO_THROW(check(fluid)) << name << mesh;
+    EXPECT_FALSE(triangles_on(solid, "interface").empty());
+    EXPECT_EQ(triangles_on(solid, "interface"), triangles_on(fluid, "interface")) << name << mesh;
+  }
+}
+
+TEST(Tetrahedra, ARingOfThreeHexahedraIsRefused) {
+  Mesh ring; // twelve vertices: three corners inside, three outside, below and above
+  for (unsigned z = 0; z < 2; ++z)
+    for (unsigned k = 0; k < 6; ++k)
+      ring.points.push_back({(1 + k / 3) * std::cos(2 * pi * k / 3), (1 + k / 3) * std::sin(2 * pi * k / 3), double(z)});
+  for (unsigned c = 0; c < 3; ++c)
+    for (unsigned v = 0; v < 8; ++v)
+      ring.cells.push_back((v & 1 ? 3 : 0) + (c + (v >> 1 & 1)) % 3 + 6 * (v >> 2));
+  EXPECT_THROW(make_tetrahedra(ring), Failure);
 }
 
 TEST(LongestEdge, IsThatOfACellNotOfItsDiagonals) {

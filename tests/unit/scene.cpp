@@ -147,6 +147,7 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
       {"mechanics: {loads: {push: {label: interface, pressure: {times: [1 s, 0 s], values: [1 Pa, 2 Pa]}}}}", "must ascend"},
       {"mechanics: {loads: {push: {label: interface, pressure: {table: none.csv}}}}", "none.csv: this table cannot be read"},
       {"mechanics: {inertia: false}", "'inertia: false' is for a wall without blood"},
+      {"mechanics: {regions: {ring: {contracts: false}}}", "the solid has no region 'ring'"},
       {"scene: ..", "cannot name a folder"},
       {"scene: -n", "cannot name a folder"},
       {"scene: \"a\\nb\"", "control characters"},

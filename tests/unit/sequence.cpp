@@ -167,14 +167,34 @@ TEST(Sequence, WhatTheWallHoldsIsSentOnceAndOnlyIfBothKnowOfIt) {
   EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("held"), std::string::npos) << "another program's blood";
   participants[3].fields.push_back({"held", "interface", "1", "", 3, false});
   participants[3].tasks.push_back("hold");
-  for (const auto &name : {"EFS1", "E1FS", "adaptive", "by_phase", "EFS1-corrected"}) {
+  for (const auto &name : {"EFS1", "E1FS", "adaptive", "by_phase"}) {
     const std::string text = to_text(cast(scheme(name, 2), participants));
     EXPECT_NE(text.find("\n  once:  held mech->fluid; hold fluid\n  start: inflate mech"), std::string::npos) << text;
     EXPECT_EQ(count(text, "held mech->fluid"), 1) << text;
-    if (name != std::string("EFS1-corrected")) {
-      EXPECT_EQ(complaint(scheme(name, 2), participants), "");
-    }
+    EXPECT_EQ(complaint(scheme(name, 2), participants), "");
   }
+}
+
+TEST(Sequence, AWallThatKnowsNoProbesIsCoupledWithoutTheLimitOfAlpha) {
+  auto participants = heart();
+  participants[1] =
+      participant("mech", {"displacement", "wall_velocity", "wall_force"}, {"calcium", "blood_force"}, {"inflate"});
+  EXPECT_EQ(complaint(scheme("EFS1"), participants), "");
+  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("probe"), std::string::npos);
+  CouplingParameters follows;
+  follows.automatic_alpha = true;
+  EXPECT_NE(complaint(make_sequence(follows), participants).find("needs 'alpha_limit' from mech to fluid"),
+            std::string::npos);
+}
+
+TEST(Sequence, AllThatASchemeNeedsAndSomebodyDoesNotKnowIsToldAtOnce) {
+  auto participants = heart();
+  participants[1] = participant("mech", {"displacement", "wall_velocity"}, {"blood_force"}, {"inflate"});
+  participants[3] = participant("fluid", {}, {"mesh_motion", "wall_velocity", "wall_force"}, {"start"});
+  EXPECT_EQ(
+      complaint(scheme("EFS1"), participants),
+      "the scheme EFS1 needs 'blood_force' from fluid to mech (fluid declares no such output), 'calcium' from ep to "
+      "mech (mech declares no such input), 'wall_force' from mech to fluid (mech declares no such output)");
 }
 
 TEST(Sequence, TasksThatAParticipantDoesNotOfferAreDropped) {
