@@ -27,6 +27,8 @@ void ALESolver::declare(bus::Declaration &bus) {
   bus.input("displacement", "interface", 3, "m", displacement_);
   bus.output("mesh_motion", "cavity", 3, "m", "n+1", mesh_motion_);
   bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
+  bus.scalar(
+      "mesh_min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
 }
 
 /// First guess: the parabola through the last three motions.

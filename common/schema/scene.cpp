@@ -6,6 +6,7 @@
 #include "common/config/reader.h"
 #include "common/config/units.h"
 #include "common/geometry/shapes.h"
+#include "common/schema/settings.h"
 
 #include <algorithm>
 #include <cctype>
@@ -45,26 +46,6 @@ void check_regions(config::Section &s, const std::string &key, const std::vector
     if (std::find(known.begin(), known.end(), region) == known.end())
       s.fail(key, "the solid has no region '" + region + "'" + config::did_you_mean(region, known) + " It has " +
                       config::joined(known));
-}
-
-// The full path of a key given by the end of it.
-std::string full_path(const std::string &key, const std::vector<std::string> &paths) {
-  std::vector<std::string> found, last_words;
-  for (const auto &path : paths) {
-    if (path == key)
-      return path;
-    if (path.size() > key.size() && path.compare(path.size() - key.size() - 1, std::string::npos, "." + key) == 0)
-      found.push_back(path);
-    last_words.push_back(path.substr(path.rfind('.') + 1));
-  }
-  if (found.size() == 1)
-    return found[0];
-  if (found.size() > 1)
-    throw Failure(ExitCode::scene, "--set " + key + ": the key is not unique; write one of " + config::joined(found));
-  if (key.find('.') != std::string::npos)
-    return key; // the reader will say which part of it is unknown
-  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown" + config::did_you_mean(key, last_words) +
-                                     " 'coupler --print-defaults' lists all keys");
 }
 
 config::Describe describe(SceneParameters &scene) {
@@ -306,16 +287,7 @@ namespace {
 
 SceneParameters loaded(const std::string &file_name, const std::vector<std::string> &settings) {
   config::Node root = config::load_yaml(file_name);
-  SceneParameters scene = read(root);
-  if (settings.empty())
-    return scene;
-  const auto paths = config::key_paths(describe(scene));
-  for (const auto &setting : settings) {
-    const std::size_t sign = setting.find('=');
-    if (sign == std::string::npos || sign == 0)
-      throw Failure(ExitCode::scene, "--set " + setting + ": write key=value");
-    config::set_value(root, full_path(setting.substr(0, sign), paths), setting.substr(sign + 1), "--set " + setting);
-  }
+  lay_over(root, settings, read);
   return read(root);
 }
 

@@ -98,7 +98,8 @@ class Foreign(unittest.TestCase):
     def launch(self, command):
         scene = self.folder / "scene.yaml"
         scene.write_text(SCENE.replace("COMMAND", command))
-        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe"], self.folder)
+        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe", "--force"],
+                      self.folder)
 
     def assert_ends(self, run, code, parts):
         self.assertEqual(run.code, code, run.output) if code is not None else self.assertNotEqual(run.code, 0, run.output)

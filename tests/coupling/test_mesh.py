@@ -130,7 +130,7 @@ class Imports(Meshes):
 class Runs(Meshes):
     SITES = "[{centre: [2.4 mm, 23.3 mm, -22.5 mm], radius: 12 mm}]"
 
-    def run(self, mesh, ranks=1):
+    def launched(self, mesh, ranks=1):
         (self.folder / "scene.yaml").write_text(
             f"base: {SOURCE / 'configs/ideal_lv/efs1.yaml'}\nscene: own\ngeometry: {{shape: file, mesh: {mesh}}}\n"
             f"electrophysiology: {{degree: 2, refinements: 0, stimulus: {{sites: {self.SITES}}}}}\n"
@@ -143,17 +143,17 @@ class Runs(Meshes):
 
     def test_the_pair_runs_the_same_on_one_rank_and_on_two(self):
         for ranks in (1, 2):
-            launch = self.run(DATA / "lv.h5", ranks)
+            launch = self.launched(DATA / "lv.h5", ranks)
             self.assertEqual(launch.code, 0, launch.output)
         for one, two in zip(self.history(1), self.history(2)):
-            self.assertAlmostEqual(float(one["volume"]) / float(two["volume"]), 1, 7)
-        self.assertGreater(float(self.history(1)[0]["volume"]), 1.1 * 116.7e-6)  # inflated to the atrial pressure
+            self.assertAlmostEqual(float(one["volume [m^3]"]) / float(two["volume [m^3]"]), 1, 7)
+        self.assertGreater(float(self.history(1)[0]["volume [m^3]"]), 1.1 * 116.7e-6)  # inflated to the atrial pressure
 
     def test_what_a_program_finds_wrong_in_the_mesh_ends_the_launch(self):
         (self.folder / "nan.h5").write_bytes((DATA / "lv.h5").read_bytes())
         with h5py.File(self.folder / "nan.h5", "r+") as file:
             file["fluid/points"][3] = np.nan
-        launch = self.run("nan.h5", 2)
+        launch = self.launched("nan.h5", 2)
         self.assertEqual(launch.code, 8, launch.output)
         self.assertIn("fluid: node 3 is at nan m", launch.output)
         self.assertEqual(launch.orphans, [])

@@ -122,7 +122,7 @@ class Words(Case):
 
     def test_options_of_the_coupler_and_of_the_launch_are_told(self):
         text = self.launch("--help").output
-        for option in ("--set", "--restart", "--validate", "--hosts", "--print", "--oversubscribe"):
+        for option in ("--set", "--restart", "--validate", "--hosts", "--print", "--oversubscribe", "--force"):
             self.assertIn(option, text)
 
     def test_more_ranks_than_cores_are_refused_unless_they_are_meant(self):

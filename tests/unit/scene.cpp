@@ -49,6 +49,44 @@ TEST(Scene, KeysOnTheCommandLineMayBeShortenedWhileTheyAreUnique) {
   EXPECT_NE(complaint("scene: a", {"alpha"}).find("write key=value"), std::string::npos);
 }
 
+TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
+  const std::string piston = "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
+                             "mechanics: {law: neo_hookean, fixed: [], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
+  EXPECT_EQ(complaint(piston, {"kappa=1 kPa", "density=1.1 g/cm^3", "geometry.piston.fluid=5 mm"}),
+            "--set density: the key is not unique; write one of mechanics.density, fluid.density");
+  EXPECT_EQ(complaint(piston, {"kappa=1 kPa"}), "");
+  EXPECT_EQ(complaint("mechanics: {law: neo_hookean}", {"neo_hookean.kappa=1 kPa", "law=neo_hookean"}), "");
+  const std::string tube = "geometry: {shape: tube}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
+                           "mechanics: {fixed: [ends], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
+  EXPECT_EQ(complaint(tube, {"wall=2 mm", "radius=4 mm"}), "");
+  EXPECT_EQ(complaint("scene: a", {"wall=12 mm"}), "");
+}
+
+TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
+  const std::string radius = complaint("scene: a", {"radius=0.1 mm"});
+  EXPECT_NE(radius.find("--set radius: this scene does not use 'geometry.tube.radius': 'geometry.shape' is "
+                        "ideal_left_ventricle"), std::string::npos) << radius;
+  EXPECT_NE(radius.find("geometry.ventricle.mitral_radius"), std::string::npos) << radius;
+  for (const auto &[setting, why] :
+       {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure=1 kPa", "'fluid.inlet.label' is empty"},
+        {"epsilon=1e-6", "'coupling.scheme' is EFS1"}, {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
+    EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos) << setting << complaint("scene: a", {setting});
+  const std::string alone = "participants: {ep: }\ncoupling: {scheme: electromechanics}\n";
+  EXPECT_NE(complaint(alone, {"aortic_pressure=9 kPa"}).find("neither fluid_solver nor fsi_solver takes part"), std::string::npos);
+  EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: electromechanics}\n", {"aortic_pressure=9 kPa"}),
+            "") << "a program from elsewhere may use any key";
+  EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: electromechanics}\n", {"period=0.5 s"}), "");
+}
+
+TEST(Scene, NearMissesGetASuggestion) {
+  EXPECT_NE(complaint("participants: {ep: }\ncoupling: {scheme: electromechanics}", {"aortic_presure=1"}).find("'aortic_pressure'"),
+            std::string::npos) << "of a key that the scene does not use, too";
+  for (const auto &[key, meant] : {std::pair{"alhpa", "'alpha'"}, {"coupling.alpa", "'coupling.alpha'"},
+                                   {"ventricle.wal", "'ventricle.wall'"}, {"tension", "mechanics.active.tension_max"}})
+    EXPECT_NE(complaint("scene: a", {std::string(key) + "=1"}).find(meant), std::string::npos)
+        << complaint("scene: a", {std::string(key) + "=1"});
+}
+
 TEST(Scene, AlphaIsAQuantityOrAutomatic) {
   EXPECT_FALSE(read_scene("coupling: {alpha: 8000 kg/(m^2 s)}", "scene").coupling.automatic_alpha);
   const SceneParameters automatic = read_scene("coupling: {alpha: auto}", "scene");

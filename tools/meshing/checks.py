@@ -101,8 +101,8 @@ def compare(of, nodes_of, to, nodes_to, shortest, name_to, name_of):
     apart = np.flatnonzero(distance > 1e-3 * shortest)
     if len(apart):
         worst = distance.argmax()
-        raise Refusal(f"the interfaces do not conform: {len(apart):,} of {len(nodes_to):,} nodes of the {name_to}'s have no "
-                      f"partner in the {name_of}'s; the worst is node {nodes_to[worst]} at {place(to.points[nodes_to[worst]])}, "
+        raise Refusal(f"the interfaces do not conform: {len(apart):,} of {len(nodes_to):,} nodes of the {name_to}'s are not "
+                      f"among the {name_of}'s; the worst is node {nodes_to[worst]} at {place(to.points[nodes_to[worst]])}, "
                       f"{distance[worst] * 1e3:.3g} mm from the nearest. Mesh both with one surface, or look at the labels")
     return index, distance
 

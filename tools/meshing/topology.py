@@ -65,7 +65,7 @@ def volumes(kind, points, cells):
 
 def quality(kind, points, cells):
     """From 0, flat, to 1: of tetrahedra the mean ratio 12 (3 V)^(2/3) / (sum of the squares of the edges) (Liu, Joe 1994,
-    doi 10.1007/BF01933738); of hexahedra the smallest Jacobian at a corner over the product of its edges."""
+    doi 10.1007/BF01955874); of hexahedra the smallest Jacobian at a corner over the product of its edges."""
     x, edges = points[cells], EDGES[kind]
     if kind == "tetrahedra":
         squares = sum(((x[:, a] - x[:, b]) ** 2).sum(axis=1) for a, b in edges)
