@@ -71,18 +71,18 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
        {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure=1 kPa", "'fluid.inlet.label' is empty"},
         {"epsilon=1e-6", "'coupling.scheme' is EFS1"}, {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
     EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos) << setting << complaint("scene: a", {setting});
-  const std::string alone = "participants: {ep: }\ncoupling: {scheme: electromechanics}\n";
+  const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
   EXPECT_NE(complaint(alone, {"aortic_pressure=9 kPa"}).find("neither fluid_solver nor fsi_solver takes part"), std::string::npos);
-  EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: electromechanics}\n", {"aortic_pressure=9 kPa"}),
+  EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: one_way}\n", {"aortic_pressure=9 kPa"}),
             "") << "a program from elsewhere may use any key";
-  EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: electromechanics}\n", {"period=0.5 s"}), "");
+  EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
 }
 
 TEST(Scene, NearMissesGetASuggestion) {
-  EXPECT_NE(complaint("participants: {ep: }\ncoupling: {scheme: electromechanics}", {"aortic_presure=1"}).find("'aortic_pressure'"),
+  EXPECT_NE(complaint("participants: {ep: }\ncoupling: {scheme: one_way}", {"aortic_presure=1"}).find("'aortic_pressure'"),
             std::string::npos) << "of a key that the scene does not use, too";
   for (const auto &[key, meant] : {std::pair{"alhpa", "'alpha'"}, {"coupling.alpa", "'coupling.alpha'"},
-                                   {"ventricle.wal", "'ventricle.wall'"}, {"tension", "mechanics.active.tension_max"}})
+                                   {"ventricle.wal", "'ventricle.wall'"}, {"tension_m", "tension_max"}})
     EXPECT_NE(complaint("scene: a", {std::string(key) + "=1"}).find(meant), std::string::npos)
         << complaint("scene: a", {std::string(key) + "=1"});
 }
