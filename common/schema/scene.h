@@ -30,7 +30,7 @@ struct TimeParameters {
 
 /// The schemes are explained in docs/schemes.md.
 struct CouplingParameters {
-  std::string scheme = "EFS1";       ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, electromechanics
+  std::string scheme = "EFS1";       ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, one_way
   int iterations = 1;                ///< k of E1FSk; of adaptive the most, of by_phase while isovolumetric
   double tolerance = 0;              ///< of E1FS: iterates until the Robin datum changes less than this; 0: always k
   std::string acceleration = "none"; ///< of the iterations: none, anderson
