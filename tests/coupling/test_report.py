@@ -36,7 +36,7 @@ def healthy():
     columns = {"step": range(81), "time [s]": time, "lifting_iterations": [1] * 81, "mesh_min_J": [0.6] * 81,
                "activated_share": np.clip(time / 0.11, 0, 1), "volume [m^3]": volume, "mean_pressure [Pa]": pressure,
                "mitral_flow [m^3/s]": np.where(time > 0.4, 3e-4, 0), "aortic_flow [m^3/s]": np.where(abs(time - 0.2) < 0.1, 3e-4, 0),
-               "phase": phase, "volume_defect [m^3/s]": np.zeros(81), "disagreement [Pa]": np.full(81, 10.0),
+               "phase": phase, "volume_defect [m^3/s]": np.full(81, 1e-6), "disagreement [Pa]": np.full(81, 10.0),
                "alpha [kg/(m^2 s)]": [5000] * 81, "coupling_iterations": [1] * 81, "alpha_limit [kg/(m^2 s)]": [14000] * 81,
                "min_J": np.full(81, 0.9), "peak_tension [Pa]": np.full(81, 1e4), "wall_volume": np.full(81, 0.99),
                "clamped_share": np.zeros(81)}
