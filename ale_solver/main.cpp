@@ -1,5 +1,6 @@
 #include "ale_solver/ale_solver.h"
 #include "common/bus/participant.h"
+#include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/schema/scene.h"
@@ -11,7 +12,9 @@ int main(int argc, char **argv) {
   return participant.run([&] {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
-    const fem::LagrangeSpace space(participant.communicator(), geometry::make_fluid(scene.geometry));
+    const MPI_Comm communicator = participant.communicator();
+    const fem::LagrangeSpace space(
+        communicator, fem::mesh_on_root(communicator, [&] { return geometry::make_fluid(scene.geometry); }));
     ale::ALESolver solver(space, scene.ale);
     participant.serve(solver);
   });

@@ -1,30 +1,11 @@
-# Helpers of the build: one library per folder, one tiny main per program, one precompiled header for all code with deal.II.
-
-add_library(heartbus_hdf5 INTERFACE)
-target_include_directories(heartbus_hdf5 SYSTEM INTERFACE /usr/include/hdf5/openmpi)
-target_link_libraries(heartbus_hdf5 INTERFACE hdf5_openmpi MPI::MPI_C)
-target_link_directories(heartbus_hdf5 INTERFACE /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE})
+# Helpers of the build: one library per folder, one tiny main per program.
 
 add_library(heartbus_options INTERFACE)
-target_include_directories(heartbus_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_include_directories(heartbus_options INTERFACE ${PROJECT_SOURCE_DIR})
 # psabi: the notes about vector types passed between functions do not concern us, they stay inside one file.
-target_compile_options(heartbus_options INTERFACE -Wall -Wextra -Werror -Wno-psabi)
-
-add_library(heartbus_dealii INTERFACE)
-target_include_directories(heartbus_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DIRS})
-# deal.II's headers call into the libraries behind it (Trilinos, TBB, p4est); let the linker find them through deal.II.
-target_link_options(heartbus_dealii INTERFACE -Wl,--copy-dt-needed-entries)
-if(CMAKE_BUILD_TYPE STREQUAL "Debug")
-  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
-  target_compile_definitions(heartbus_dealii INTERFACE DEBUG BOOST_NO_AUTO_PTR)
-else()
-  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
-  target_compile_definitions(heartbus_dealii INTERFACE BOOST_NO_AUTO_PTR)
+if(PROJECT_IS_TOP_LEVEL)
+  target_compile_options(heartbus_options INTERFACE -Wall -Wextra -Werror -Wno-psabi)
 endif()
-
-add_library(heartbus_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cpp)
-target_link_libraries(heartbus_pch PUBLIC heartbus_options heartbus_dealii MPI::MPI_CXX)
-target_precompile_headers(heartbus_pch PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)
 
 # fem::Lanes is aligned to 16 bytes on the baseline machine, so that is what memory holds; but in the versions for wider
 # machines (HEARTBUS_SIMD) the compiler loads it with instructions that fault below 32 or 64. The assembler can replace them
@@ -40,15 +21,18 @@ function(heartbus_library name)
   set(files "")
   foreach(source ${A_SOURCES})
     if(source MATCHES "\\.cpp$")
-      list(APPEND files ${CMAKE_SOURCE_DIR}/${source})
+      list(APPEND files ${PROJECT_SOURCE_DIR}/${source})
     else()
-      file(GLOB_RECURSE found CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/${source}/*.cpp)
+      file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${source}/*.cpp)
       list(APPEND files ${found})
     endif()
   endforeach()
   list(FILTER files EXCLUDE REGEX "/main[^/]*\\.cpp$")
   if(NOT name STREQUAL "schema")
     list(FILTER files EXCLUDE REGEX "_solver/parameters\\.cpp$")
+  endif()
+  if(NOT name STREQUAL "units")
+    list(FILTER files EXCLUDE REGEX "/config/(units|nearest)\\.cpp$")
   endif()
   if(NOT name STREQUAL "models")
     list(FILTER files EXCLUDE REGEX "/(ionic|constitutive|active)/|/fluid_solver/(valves|navier_stokes_kernel)\\.cpp$")
@@ -73,10 +57,10 @@ endfunction()
 
 # heartbus_program(NAME LIBRARIES...): the program of folder NAME, from its main.cpp.
 function(heartbus_program name library)
-  if(EXISTS ${CMAKE_SOURCE_DIR}/${name}/main.cpp)
+  if(EXISTS ${PROJECT_SOURCE_DIR}/${name}/main.cpp)
     add_executable(${name} ${name}/main.cpp)
     target_link_libraries(${name} PRIVATE ${library} ${ARGN})
-    if(NOT name MATCHES "^(coupler|replay)$") # these know no deal.II
+    if(NOT name MATCHES "^(cavity_solver|coupler|replay|stand_in)$") # these know no deal.II
       target_precompile_headers(${name} REUSE_FROM heartbus_pch)
     endif()
   endif()

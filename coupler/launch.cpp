@@ -4,6 +4,7 @@
 #include "common/config/nearest.h"
 #include "common/geometry/shapes.h"
 
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -27,8 +28,8 @@ std::vector<std::string> programs_beside_the_coupler() {
   return names;
 }
 
-// Beside the coupler, on the PATH, or as given when it is a path.
-std::string find_program(const std::string &participant, const std::string &program) {
+// Beside the coupler, on the PATH, or as given when it is a path. `key` is where the scene names it.
+std::string find_program(const std::string &key, const std::string &program) {
   if (program.find('/') != std::string::npos) {
     if (is_executable(program))
       return program;
@@ -39,9 +40,49 @@ std::string find_program(const std::string &participant, const std::string &prog
       if (is_executable(fs::path(folder) / program))
         return fs::path(folder) / program;
   }
-  throw Failure(ExitCode::scene, "key 'participants." + participant + ".program': there is no executable '" + program +
-                                     "'" + config::did_you_mean(program, programs_beside_the_coupler()) +
+  throw Failure(ExitCode::scene, "key '" + key + "': there is no executable '" + program + "'" +
+                                     config::did_you_mean(program, programs_beside_the_coupler()) +
                                      " Looked beside the coupler and on the PATH");
+}
+
+/// A command as a shell would take it: words between blanks, quotes of both kinds.
+std::vector<std::string> split(const std::string &key, const std::string &command) {
+  std::vector<std::string> words;
+  char quote = 0;
+  bool in_word = false;
+  for (const char c : command) {
+    const bool begins_quote = !quote && (c == '\'' || c == '"');
+    if (!quote && std::isspace(static_cast<unsigned char>(c))) {
+      in_word = false;
+      continue;
+    }
+    if (!in_word)
+      words.emplace_back();
+    in_word = true;
+    if (begins_quote)
+      quote = c;
+    else if (c == quote)
+      quote = 0;
+    else
+      words.back() += c;
+  }
+  if (quote || words.empty())
+    throw Failure(ExitCode::scene, "key '" + key + "': '" + command + "' " +
+                                       (quote ? "has a quote that is not closed" : "names no program"));
+  return words;
+}
+
+/// A program of ours is told its name; others get it by a variable. The launcher forwards SIGUSR1, by which runs are
+/// stopped, to every process, and by default it ends them: they inherit that it is ignored.
+std::vector<std::string> words_of(const std::string &name, const ParticipantParameters &participant) {
+  const std::string key = "participants." + name;
+  if (participant.command.empty())
+    return {find_program(key + ".program", participant.program), "--name", name};
+  std::vector<std::string> words = split(key + ".command", participant.command);
+  words.front() = find_program(key + ".command", words.front());
+  const std::vector<std::string> before{"env", "--ignore-signal=USR1", "HEARTBUS_NAME=" + name};
+  words.insert(words.begin(), before.begin(), before.end());
+  return words;
 }
 
 std::string quoted(const std::string &word) {
@@ -59,9 +100,9 @@ std::string quoted(const std::string &word) {
 double estimated_memory(const std::vector<AppContext> &contexts, const SceneParameters &scene) {
   constexpr double of_a_rank = 180. * (1 << 20), of_an_unknown = 4.4 * (1 << 10);
   const bool has_fluid = scene.has("fluid") || scene.has("fsi");
-  double unknowns = 3. * geometry::make_solid(scene.geometry).points.size();
+  double unknowns = 3. * geometry::n_solid_points(scene.geometry);
   if (has_fluid)
-    unknowns += 4. * geometry::make_fluid(scene.geometry).points.size();
+    unknowns += 4. * geometry::n_fluid_points(scene.geometry);
   double memory = of_an_unknown * unknowns;
   for (const AppContext &context : contexts)
     memory += of_a_rank * context.ranks;
@@ -86,7 +127,7 @@ std::vector<AppContext> launch(const Options &options, const SceneParameters &sc
 
   std::vector<AppContext> contexts{{"coupler", 1, words}};
   for (const auto &[name, participant] : scene.participants)
-    contexts.push_back({name, participant.ranks, {find_program(name, participant.program), "--name", name}});
+    contexts.push_back({name, participant.ranks, words_of(name, participant)});
   return contexts;
 }
 

@@ -10,7 +10,7 @@ int main(int argc, char **argv) {
     return *exit_code;
   if (options.action != coupler::Options::Action::run)
     return coupler::answer(options);
-  bus::Coordinator coordinator(argc, argv);
+  bus::Coordinator coordinator;
   std::optional<coupler::Simulation> simulation;
   return coordinator.run([&] { simulation.emplace(coordinator, options).run(); });
 }

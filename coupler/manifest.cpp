@@ -1,52 +1,23 @@
 #include "coupler/manifest.h"
 
 #include "common/bus/failure.h"
+#include "common/io/checksum.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 namespace heartbus::coupler {
 
 namespace fs = std::filesystem;
+using io::Checksum;
 using nlohmann::ordered_json;
 
 namespace {
 
 constexpr const char *file_name = "manifest.json";
 constexpr int format = 1; ///< of the whole set; goes up when states of before cannot be read any more
-
-/// 64-bit FNV-1a (Fowler, Noll, Vo): finds every damage but an intended one.
-class Checksum {
- public:
-  void add(const char *bytes, std::size_t n) {
-    for (std::size_t i = 0; i < n; ++i)
-      sum_ = (sum_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
-  }
-  std::string text() const {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(sum_));
-    return text.data();
-  }
-
- private:
-  std::uint64_t sum_ = 0xcbf29ce484222325u;
-};
-
-std::string checksum_of_file(const fs::path &file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<char> block(1 << 20);
-  Checksum sum;
-  do {
-    in.read(block.data(), block.size());
-    sum.add(block.data(), in.gcount());
-  } while (in);
-  return sum.text();
-}
 
 /// Of what the manifest says, however it is laid out.
 std::string checksum_of(ordered_json manifest) {
@@ -66,7 +37,7 @@ void check_file(const std::string &set, const std::string &name, const ordered_j
     refuse_set(set, name + " is missing");
   if (const auto wanted = expected.at("bytes").get<std::uintmax_t>(); size != wanted)
     refuse_set(set, name + " has " + std::to_string(size) + " bytes instead of " + std::to_string(wanted));
-  if (checksum_of_file(fs::path(set) / name) != expected.at("checksum").get<std::string>())
+  if (io::checksum_of_file(fs::path(set) / name) != expected.at("checksum").get<std::string>())
     refuse_set(set, name + " is damaged: its checksum is not the one in " + file_name);
 }
 
@@ -127,7 +98,7 @@ void write_manifest(const std::string &folder, const Manifest &manifest) {
   ordered_json files;
   std::error_code error;
   for (const auto &entry : fs::directory_iterator(folder, error))
-    files[entry.path().filename()] = {{"bytes", entry.file_size(error)}, {"checksum", checksum_of_file(entry.path())}};
+    files[entry.path().filename()] = {{"bytes", entry.file_size(error)}, {"checksum", io::checksum_of_file(entry.path())}};
   const ordered_json json{{"format", format},
                           {"step", manifest.step},
                           {"time", manifest.time},

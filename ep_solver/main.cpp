@@ -1,4 +1,5 @@
 #include "common/bus/participant.h"
+#include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
@@ -13,9 +14,11 @@ int main(int argc, char **argv) {
   return participant.run([&] {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
-    const geometry::Mesh wall = geometry::make_solid(scene.geometry);
-    const fem::LagrangeSpace space(participant.communicator(), wall,
-                                   scene.ep.refinements_of(geometry::longest_edge(wall)), scene.ep.degree);
+    const MPI_Comm communicator = participant.communicator();
+    const geometry::Mesh wall =
+        fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); });
+    const double edge = dealii::Utilities::MPI::broadcast(communicator, geometry::longest_edge(wall));
+    const fem::LagrangeSpace space(communicator, wall, scene.ep.refinements_of(edge), scene.ep.degree);
     const fem::Fibres fibres(space, scene.fibres);
     ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);

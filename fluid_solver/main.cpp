@@ -1,4 +1,5 @@
 #include "common/bus/participant.h"
+#include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
@@ -12,7 +13,9 @@ int main(int argc, char **argv) {
   return participant.run([&] {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
-    const fem::LagrangeSpace space(participant.communicator(), geometry::make_fluid(scene.geometry));
+    const MPI_Comm communicator = participant.communicator();
+    const fem::LagrangeSpace space(
+        communicator, fem::mesh_on_root(communicator, [&] { return geometry::make_fluid(scene.geometry); }));
     int rank = 0;
     MPI_Comm_rank(participant.communicator(), &rank);
     fluid::FluidSolver solver(space, scene.fluid, scene.coupling.alpha, scene.time.step,

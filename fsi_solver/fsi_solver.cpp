@@ -14,6 +14,10 @@ class Outside : public bus::Declaration {
     if (!inside_.count(name))
       bus_.point_set(name, coordinates, spacing);
   }
+  void faces(const std::string &point_set, unsigned n_corners, const std::vector<double> &corners) override {
+    if (!inside_.count(point_set))
+      bus_.faces(point_set, n_corners, corners);
+  }
   void output(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
               const std::string &level, const std::vector<double> &values) override {
     if (!inside_.count(name))

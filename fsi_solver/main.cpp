@@ -1,4 +1,5 @@
 #include "common/bus/participant.h"
+#include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
@@ -14,8 +15,9 @@ int main(int argc, char **argv) {
     scene.mech.active_increment = false; // belongs to the Robin datum
     const MPI_Comm communicator = participant.communicator();
     const fem::Runtime runtime(communicator);
-    const fem::LagrangeSpace wall(communicator, geometry::make_solid(scene.geometry)),
-        cavity(communicator, geometry::make_fluid(scene.geometry));
+    const auto on_root = [&](auto make) { return fem::mesh_on_root(communicator, [&] { return make(scene.geometry); }); };
+    const fem::LagrangeSpace wall(communicator, on_root(geometry::make_solid)),
+        cavity(communicator, on_root(geometry::make_fluid));
     const fem::Fibres fibres(wall, scene.fibres);
     const auto log = log::open_log(participant.output_folder(), participant.name(),
                                    dealii::Utilities::MPI::this_mpi_process(communicator));

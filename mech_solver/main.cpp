@@ -1,4 +1,5 @@
 #include "common/bus/participant.h"
+#include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
@@ -12,13 +13,21 @@ int main(int argc, char **argv) {
   return participant.run([&] {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
-    const fem::LagrangeSpace space(participant.communicator(), geometry::make_solid(scene.geometry));
+    const MPI_Comm communicator = participant.communicator();
+    const fem::LagrangeSpace space(
+        communicator, fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); }));
     const fem::Fibres fibres(space, scene.fibres);
     const auto log = log::open_log(participant.output_folder(), participant.name(),
                                    dealii::Utilities::MPI::this_mpi_process(participant.communicator()));
     mech::MechSolver solver(space, fibres, scene.mech, log);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
-    solver.couple(scene.coupling);
+    const bool is_filled = scene.has("circulation");
+    if (is_filled || (scene.has("fluid") && scene.coupling.scheme != "one_way"))
+      solver.couple(scene.coupling);
+    else
+      solver.stand_alone();
+    if (is_filled)
+      solver.fill_cavity();
     participant.serve(solver);
   });
 }

@@ -12,10 +12,9 @@ from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
+from launching.programs import ROOT, programs
 from launching.watch import FILE, Watch
 
-ROOT = Path(__file__).resolve().parents[1]
-BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
 SCENE = 2  # exit code
 
 
@@ -23,6 +22,7 @@ def parse(words):
     """(options of the launch, all others: they are the coupler's)."""
     parser = argparse.ArgumentParser(prog="./run", add_help=False, allow_abbrev=False)
     parser.add_argument("--hosts", metavar="FILE", help="nodes to run on, a line each: 'node7 slots=16'")
+    parser.add_argument("--force", action="store_true", help="replaces the results that are there")
     parser.add_argument("--oversubscribe", action="store_true", help="more ranks than cores are meant")
     parser.add_argument("--placement", choices=["shared", "spread"], default="shared",
                         help="on several nodes: each participant on all of them, or on nodes of its own")
@@ -33,7 +33,7 @@ def parse(words):
     parser.add_argument("-h", "--help", action="store_true", help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(words)
     if options.help:
-        subprocess.run([BIN / "coupler", "--help"], check=False)
+        subprocess.run([programs() / "coupler", "--help"], check=False)
         print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
         sys.exit(0)
     return options, others
@@ -61,29 +61,59 @@ def launch(plan, nodes, placed):
             folders.remove()
 
 
-def main():
-    options, others = parse(sys.argv[1:])
-    plan = ask_coupler(BIN / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
+def is_finished(folder):
+    return (Path(folder) / "indicators.json").exists()
+
+
+def goes_on(words):
+    return any(word == "--restart" or word.startswith("--restart=") for word in words)
+
+
+def tell(folder):
+    """The indicators, what is implausible, where the report is."""
+    from reporting import plausibility, tables  # take a second, which who only launches need not wait
+    from results import Run
+    run = Run(folder)
+    print("\n" + tables.for_terminal(*tables.indicators([run])))
+    found = plausibility.findings(run)
+    print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found) + "\n" * bool(found))
+    command = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
+    if subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode != 0:
+        print("No report: tools/report.py failed", file=sys.stderr)
+    print(f"Results in {folder}, report in {folder}/report/report.html\n"
+          f"tools/heartbus report {quoted([folder])} adds pictures and films of the fields")
+
+
+def run(words):
+    """(exit code, plan if something has been run)."""
+    options, others = parse(words)
+    plan = ask_coupler(programs() / "coupler", others, ROOT / "configs/ideal_lv/efs1.yaml")
     if isinstance(plan, int):
-        return plan
+        return plan, None
     if options.printed == "slurm":
         print(script.slurm(plan, options.placement, options.nodes, options.cores or hosts.own_cores()), end="")
-        return 0
+        return 0, None
     try:
         nodes = hosts.find_nodes(options.hosts)
         hosts.check_room(plan, nodes, options.oversubscribe)
     except hosts.Refusal as refusal:
         print(f"error: {refusal}", file=sys.stderr)
-        return SCENE
+        return SCENE, None
     placed = hosts.place(plan, nodes, options.placement) if nodes else None
     if options.printed == "mpirun":
         print(script.line(plan, nodes, placed))
-        return 0
-    code = launch(plan, nodes, placed)
-    if code == 0:
-        if subprocess.run([sys.executable, ROOT / "tools/report.py", plan.folder], check=False).returncode != 0:
-            print("No plots: tools/report.py failed", file=sys.stderr)
-        print(f"Results in {plan.folder}")
+        return 0, None
+    if is_finished(plan.folder) and not (options.force or goes_on(others)):
+        print(f"error: {plan.folder}: holds the results of a run; --force replaces them, --out FOLDER puts "
+              "these elsewhere, --restart goes on from them", file=sys.stderr)
+        return FILE, None
+    return launch(plan, nodes, placed), plan
+
+
+def main():
+    code, plan = run(sys.argv[1:])
+    if code == 0 and plan:
+        tell(plan.folder)
     return code
 
 

@@ -13,40 +13,58 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import vtk
 
-from rendering import (Series, actor, bounds, compose, compose_rows, far_half, glyphs, lattice, line, milliseconds, render,
-                       run, section, surface, thinned, values_of, warped)
-from results import MMHG, History
+try:
+    import vtk
+
+    import films
+except ImportError as error:
+    sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
+
+from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, moved_bounds,
+                       opened, render, run, section, streamlines, surface, values_of, warped)
+from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
 
 
-def picture_fibres(mech, path):
+def arrows_of(grid, box, fastest):
+    """Of the velocity, on an even lattice; the fastest reach over two of its spacings."""
+    spacing = (box[1][2] - box[0][2]) / 24
+    return arrows(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest)
+
+
+def sides(folder):
+    """Captions of a body from outside and cut open."""
+    is_heart = "ventric" in str(resolved_scene(folder).get("geometry.shape", ""))
+    return ("epicardium", "endocardium and section") if is_heart else ("surface", "section")
+
+
+def picture_fibres(mech, captions, path):
     f, x = mech.field("fibres", 0), mech.points
     around = (f[:, 1] * x[:, 0] - f[:, 0] * x[:, 1]) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-12)
     angle = np.degrees(np.arctan(f[:, 2] / np.where(abs(around) < 1e-12, 1e-12, around)))
     grid = mech.grid(0, fibre=f, angle=angle)
     panels = []
-    for half, caption in ((grid, "epicardium"), (far_half(grid), "endocardium and section")):
-        skin = surface(half)
-        rods = glyphs(thinned(skin, 3000), "fibre", 3.2e-3, arrow=False)
-        panels.append((render([actor(skin, colour=(0.93, 0.88, 0.86)), actor(rods, "angle", (-60, 60), "coolwarm")],
-                              bounds(x)), caption))
+    size = np.ptp(x, axis=0).max()
+    lines = streamlines(grid, "fibre", 3000, 0.2 * size, 0.0035 * size)
+    for half, along, caption in zip((grid, far_half(grid)), (lines, far_half(lines)), captions):
+        panels.append((render([actor(surface(half), colour=(0.93, 0.88, 0.86), opacity=0.15),
+                               actor(surface(along), "angle", (-60, 60), "coolwarm")], bounds(x)), caption))
     compose(panels, [("helix angle [degrees]", (-60, 60), "coolwarm", 0, 1)], "Fibres", path)
 
 
 def picture_potential(ep, times, path):
     limits, panels = (-90, 40), []
     for instant in sorted({ep.nearest(time) for time in times}):
-        wall = surface(far_half(ep.grid(instant, v=1e3 * ep.field("potential", instant))))
+        wall = surface(opened(ep.grid(instant, v=1e3 * ep.field("potential", instant))))
         image = render([actor(wall, "v", limits, "inferno")], bounds(ep.points))
         panels.append((image, milliseconds(ep.times[instant])))
     bar = ("transmembrane potential [mV]", limits, "inferno", 0, len(panels) - 1)
     compose(panels, [bar], "Electric activity", path)
 
 
-def picture_activation(activation, path):
+def picture_activation(activation, captions, path):
     times = 1e3 * activation.field("activation_time", 0)
     limits = (0, max(1.0, np.nanmax(times)))
     grid = activation.grid(0, t=np.where(np.isfinite(times), times, limits[1]))
@@ -54,7 +72,7 @@ def picture_activation(activation, path):
     isochrones.SetInputArrayToProcess(0, 0, 0, 0, "t")
     isochrones.GenerateValues(int(limits[1] // 10), 10, 10 * (limits[1] // 10))
     panels = []
-    for half, caption in ((grid, "epicardium"), (far_half(grid), "endocardium and section")):
+    for half, caption in zip((grid, far_half(grid)), captions):
         skin = surface(half)
         lines = line(run(isochrones, skin), (0.1, 0.1, 0.1), 1.5)
         panels.append((render([actor(skin, "t", limits, "viridis_r"), lines], bounds(activation.points)), caption))
@@ -68,11 +86,11 @@ def picture_flow(fluid, instant, what, path):
     low, high = np.percentile(p, [0.5, 99.5])
     limits = (low, max(high, low + 0.1))
     grid = fluid.grid(instant, "motion", u=u, speed=speed, p=p)
-    cut, box = section(grid), bounds(fluid.points)
-    arrows = glyphs(lattice(grid, 3.5e-3, box), "u", 8e-3 / fastest, arrow=True)
-    velocity = [actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)]
+    cut, box = section(grid), moved_bounds(fluid, [instant])
+    pointing = arrows_of(grid, box, fastest)
+    velocity = [actor(cut, "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=INK)]
     panels = [(render(velocity, box), "velocity"), (render([actor(cut, "p", limits, "viridis")], box), "pressure")]
-    compose(panels, [("speed [m/s]", (0, fastest), "Spectral_r", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
+    compose(panels, [("speed [m/s]", (0, fastest), "YlGnBu", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
             f"Blood in {what}, {milliseconds(fluid.times[instant])}", path)
 
 
@@ -80,12 +98,12 @@ def picture_deformation(mech, times, path):
     instants = sorted({mech.nearest(time) for time in times})
     sizes = {i: 1e3 * np.linalg.norm(mech.field("displacement", i), axis=1) for i in instants}
     limits = (0, max(1.0, max(size.max() for size in sizes.values())))
-    rest = run(vtk.vtkFeatureEdges(), surface(far_half(mech.grid())))
+    rest = run(vtk.vtkFeatureEdges(), surface(opened(mech.grid())))
     moved = np.concatenate([mech.points + mech.field("displacement", i) for i in instants] + [mech.points])
     panels = []
     for i in instants:
         d = mech.field("displacement", i)
-        wall = surface(warped(far_half(mech.grid(d=d, size=sizes[i])), "d"))  # the same half of the tissue always
+        wall = surface(warped(opened(mech.grid(d=d, size=sizes[i])), "d"))  # the same half of the tissue always
         panels.append((render([actor(wall, "size", limits, "cividis", edges=True), line(rest, (0.75, 0.1, 0.1), 1.5)],
                               bounds(moved)), milliseconds(mech.times[i])))
     compose(panels, [("displacement [mm]; red: shape at rest", limits, "cividis", 0, len(panels) - 1)], "Deformation",
@@ -97,7 +115,7 @@ def picture_electric(ep, times, path):
     limits, calcium_limits, rows = (-90, 40), (0, 1.2), [[], []]
     for instant in sorted({ep.nearest(time) for time in times}):
         grid = ep.grid(instant, v=1e3 * ep.field("potential", instant), c=ep.field("calcium", instant))
-        wall, box = surface(far_half(grid)), bounds(ep.points)
+        wall, box = surface(opened(grid)), bounds(ep.points)
         rows[0].append((render([actor(wall, "v", limits, "inferno")], box), milliseconds(ep.times[instant])))
         rows[1].append((render([actor(wall, "c", calcium_limits, "viridis")], box), ""))
     last = len(rows[0]) - 1
@@ -119,9 +137,10 @@ def picture_flows(named_folders, path):
     runs = {name: Series(folder / "fields/fluid.h5") for name, folder in named_folders.items()}
     rows, bars, n = [], [], len(runs)
     for what, time in instants_of_flow(History(next(iter(named_folders.values())))):
-        fields = {}
+        fields, boxes = {}, {}
         for name, fluid in runs.items():
             i = fluid.nearest(time)
+            boxes[name] = moved_bounds(fluid, [i])
             u = fluid.field("velocity", i)
             fields[name] = fluid.grid(i, "motion", u=u, speed=np.linalg.norm(u, axis=1), p=fluid.field("pressure", i) / MMHG)
         speed = np.concatenate([values_of(grid, "speed") for grid in fields.values()])
@@ -131,13 +150,13 @@ def picture_flows(named_folders, path):
         velocities, pressures = [], []
         for name, grid in fields.items():
             caption = f"{name}: {what.removeprefix('isovolumetric ')}, {milliseconds(runs[name].times[runs[name].nearest(time)])}"
-            cut, box = section(grid), bounds(runs[name].points)
-            arrows = glyphs(lattice(grid, 3.5e-3, box), "u", 8e-3 / fastest, arrow=True)
-            velocities.append((render([actor(cut, "speed", (0, fastest), "Spectral_r"), actor(arrows, colour=INK)], box),
+            cut, box = section(grid), boxes[name]
+            pointing = arrows_of(grid, box, fastest)
+            velocities.append((render([actor(cut, "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=INK)], box),
                                caption))
             pressures.append((render([actor(cut, "p", limits, "viridis")], box), caption))
         rows.append(velocities + pressures)
-        bars.append([("speed [m/s]", (0, fastest), "Spectral_r", 0, n - 1),
+        bars.append([("speed [m/s]", (0, fastest), "YlGnBu", 0, n - 1),
                      ("pressure [mmHg]", limits, "viridis", n, 2 * n - 1)])
     compose_rows(rows, bars, "Velocity and pressure of the blood", path)
 
@@ -147,20 +166,22 @@ def restart_with_display():
         return
     if not shutil.which("xvfb-run"):
         sys.exit("pictures need a display: set DISPLAY or install xvfb")
-    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", sys.executable, *sys.argv])
+    os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", sys.executable, __file__, *sys.argv[1:]])
 
 
-def pictures_of(folder, times, out):
+def pictures_of(folder, times, out, with_films):
     """All pictures that the fields of a run allow."""
     series = {path.stem: Series(path) for path in sorted((folder / "fields").glob("*.h5"))}
+    if with_films:
+        films.write(series, History(folder), out / "films.json")
     if "mech" in series:
         if series["mech"].has("fibres"):
-            picture_fibres(series["mech"], out / "fibres.png")
+            picture_fibres(series["mech"], sides(folder), out / "fibres.png")
         picture_deformation(series["mech"], times, out / "deformation.png")
     if "ep" in series:
         picture_potential(series["ep"], times, out / "potential.png")
     if "activation" in series:
-        picture_activation(series["activation"], out / "activation.png")
+        picture_activation(series["activation"], sides(folder), out / "activation.png")
     if "fluid" in series:
         history = History(folder)
         for flow, what in (("aortic_flow", "ejection"), ("mitral_flow", "filling")):
@@ -177,6 +198,7 @@ def main():
     parser.add_argument("--name", default="picture", help="of the picture of --flow and --electric")
     parser.add_argument("--times", nargs="+", type=float, default=[30, 60, 100, 300], metavar="MS",
                         help="instants of the potential and the deformation [ms]")
+    parser.add_argument("--films", action="store_true", help="films.json, too, for report.html")
     parser.add_argument("--out", help="folder for the pictures; default: FOLDER/report")
     options = parser.parse_args()
     if not (options.out or options.folder):
@@ -191,7 +213,7 @@ def main():
     if options.electric:
         picture_electric(Series(options.electric / "fields/ep.h5"), times, out / f"{options.name}.png")
     if options.folder:
-        pictures_of(options.folder, times, out)
+        pictures_of(options.folder, times, out, options.films)
 
 
 if __name__ == "__main__":

@@ -57,19 +57,34 @@ def run(algorithm, data):
     return algorithm.GetOutput()
 
 
+def middle(grid):
+    """y of the plane that cuts the body: 0 where it lies around, else that of its centre."""
+    _, _, low, high, _, _ = grid.GetBounds()
+    return 0.0 if low * high < 0 else 0.5 * (low + high)
+
+
 def far_half(grid):
-    """What lies behind the plane y = 0, seen from the front."""
+    """What lies behind the middle, seen from the front."""
     plane = vtk.vtkPlane()
     plane.SetNormal(0, 1, 0)
+    plane.SetOrigin(0, middle(grid), 0)
     clip = vtk.vtkTableBasedClipDataSet()
     clip.SetClipFunction(plane)
     return run(clip, grid)
 
 
+def opened(grid):
+    """A hollow body cut open, another one whole."""
+    locator = vtk.vtkStaticCellLocator()
+    locator.SetDataSet(grid)
+    locator.BuildLocator()
+    return far_half(grid) if locator.FindCell(grid.GetCenter()) < 0 else grid
+
+
 def section(grid):
     plane, cutter = vtk.vtkPlane(), vtk.vtkCutter()
     plane.SetNormal(0, 1, 0)
-    plane.SetOrigin(0, 1e-7, 0)  # off the nodes
+    plane.SetOrigin(0, middle(grid) + 1e-7, 0)  # off the nodes
     cutter.SetCutFunction(plane)
     return run(cutter, grid)
 
@@ -133,38 +148,43 @@ def thinned(data, n):
 
 
 def lattice(grid, spacing, box):
-    """The grid's fields on an even lattice of points in the plane y = 0."""
+    """The grid's fields on an even lattice of points in the plane of the section."""
     x, z = np.meshgrid(*(np.arange(box[0][c] + 0.5 * spacing, box[1][c], spacing) for c in (0, 2)))
     points, cloud, probe = vtk.vtkPoints(), vtk.vtkPolyData(), vtk.vtkProbeFilter()
-    points.SetData(numpy_to_vtk(np.column_stack([x.ravel(), np.full(x.size, 1e-7), z.ravel()]), deep=True))
+    points.SetData(numpy_to_vtk(np.column_stack([x.ravel(), np.full(x.size, middle(grid) + 1e-7), z.ravel()]), deep=True))
     cloud.SetPoints(points)
     probe.SetSourceData(grid)
     return run(probe, cloud)  # zero outside: no arrow
 
 
-def glyphs(points, vectors, length, arrow):
-    """Rods, or arrows scaled by the vectors' length."""
+def arrows(points, vectors, length):
+    """Scaled by the vectors' length."""
     points.GetPointData().SetActiveVectors(vectors)
-    if arrow:
-        source = vtk.vtkArrowSource()
-        source.SetTipLength(0.35)
-        source.SetTipRadius(0.1)
-        source.SetShaftRadius(0.03)
-        shape = source.GetOutputPort()
-    else:
-        source, rotate, turn = vtk.vtkCylinderSource(), vtk.vtkTransformPolyDataFilter(), vtk.vtkTransform()
-        source.SetRadius(0.09)
-        source.SetResolution(8)
-        turn.RotateZ(90)  # a cylinder stands along y, glyphs along x
-        rotate.SetTransform(turn)
-        rotate.SetInputConnection(source.GetOutputPort())
-        shape = rotate.GetOutputPort()
-    glyph = vtk.vtkGlyph3D()
-    glyph.SetSourceConnection(shape)
+    source, glyph = vtk.vtkArrowSource(), vtk.vtkGlyph3D()
+    source.SetTipLength(0.35)
+    source.SetTipRadius(0.1)
+    source.SetShaftRadius(0.03)
+    glyph.SetSourceConnection(source.GetOutputPort())
     glyph.SetVectorModeToUseVector()
-    glyph.SetScaleModeToScaleByVector() if arrow else glyph.SetScaleModeToDataScalingOff()
+    glyph.SetScaleModeToScaleByVector()
     glyph.SetScaleFactor(length)
     return run(glyph, points)
+
+
+def streamlines(grid, vectors, n, length, radius):
+    """Tubes along the vectors, through about n of the points of the grid, the same in every picture."""
+    grid.GetPointData().SetActiveVectors(vectors)
+    tracer, tube = vtk.vtkStreamTracer(), vtk.vtkTubeFilter()
+    tracer.SetInputData(grid)
+    tracer.SetSourceData(thinned(grid, n))
+    tracer.SetIntegrationDirectionToBoth()
+    tracer.SetIntegratorTypeToRungeKutta4()
+    tracer.SetMaximumPropagation(length)
+    tracer.SetComputeVorticity(False)
+    tracer.Update()
+    tube.SetRadius(radius)
+    tube.SetNumberOfSides(6)
+    return run(tube, tracer.GetOutput())
 
 
 @functools.lru_cache(maxsize=None)
@@ -207,6 +227,12 @@ def bounds(points):
     return points.min(axis=0), points.max(axis=0)
 
 
+def moved_bounds(fluid, instants):
+    """Of the body as it is then, which may reach beyond that at rest, with room for arrows that leave it."""
+    low, high = bounds(np.concatenate([fluid.points + fluid.field("motion", i) for i in instants]))
+    return low - 0.06 * (high - low), high + 0.06 * (high - low)
+
+
 def values_of(grid, name):
     return vtk_to_numpy(grid.GetPointData().GetArray(name))
 
@@ -237,7 +263,8 @@ def compose_rows(rows, bars_of_rows, title, path):
             scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits), colours)
             figure.colorbar(scale, cax=axis, orientation="horizontal", label=label)
     figure.suptitle(title, fontsize=13)
-    figure.savefig(path, dpi=150 if len(rows) == 1 else 90)
+    figure.savefig(path, dpi=200 if len(rows) == 1 else 130)
+    figure.savefig(path.with_suffix(".pdf"), dpi=300)
     plt.close(figure)
     print(path)
 

@@ -24,6 +24,7 @@ build() {
   log="$folder/build.log"
   exec 9> "$folder/.lock"
   flock 9 # two runs at once must not build at once
+  [ -x "$folder/bin/coupler" ] || echo "First build, 5 to 10 minutes on two cores; later ones take seconds. Log: $log"
   if [ ! -f "$folder/build.ninja" ] && ! (cd "$root" && cmake --preset release) > "$log" 2>&1; then
     cat "$log"
     echo "error: the configuration failed" >&2

@@ -3,6 +3,8 @@
 #include "common/bus/crew.h"
 #include "common/bus/failure.h"
 #include "common/bus/handshake.h"
+#include "common/bus/placement.h"
+#include "common/bus/process.h"
 #include "common/bus/protocol.h"
 #include "common/bus/pulse.h"
 #include "common/bus/route_table.h"
@@ -12,6 +14,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <list>
 #include <set>
@@ -34,8 +37,8 @@ struct Culprit {
 } // namespace
 
 struct Coordinator::Implementation {
-  Implementation(int &argc, char **&argv)
-      : world(argc, argv, {"coupler", "coupler", build_id, protocol_version, true}), mail(world),
+  Implementation()
+      : world({"coupler", "coupler", build_id, protocol_version, true}), mail(world),
         waiting([this] { poll(); }, [this] { return !mail.all_sent(); }, &world.bells()) {
     MPI_Comm_size(world.control(), &n_ranks);
     pulse.beat(stage, 0);
@@ -50,6 +53,8 @@ struct Coordinator::Implementation {
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
   void collect_declarations();
+  bool has_declared(const std::string &participant) const;
+  void answer_questions();
   void post_rows(const RouteTable &table);
   std::vector<int> count_expected(const std::string &from = "") const; ///< recordings of what has been ordered so far
   void take_recordings();                                              ///< that have arrived
@@ -74,7 +79,8 @@ struct Coordinator::Implementation {
   std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
   std::map<std::string, std::uint32_t> n_executed; ///< commands, as counted by those of this node
   std::deque<Letter> complaints;
-  std::set<int> silent; ///< ranks that have not declared anything yet
+  std::set<int> silent;              ///< ranks that have not declared anything yet
+  std::map<int, Question> questions; ///< by the rank that waits for the answer
   std::map<std::string, std::deque<Report>> reports;
   std::map<std::string, Habit> habits; ///< of waiting for the reports of each participant
   std::map<std::string, std::vector<Command>> queue;
@@ -129,6 +135,9 @@ void Coordinator::Implementation::open(Letter letter) {
     return reports[name].push_back(unpack<Report>(std::move(letter.content)));
   case tag_declaration:
     return merge(std::move(letter));
+  case tag_question:
+    questions[letter.sender] = unpack<Question>(std::move(letter.content));
+    return;
   case tag_complaint:
     return complaints.push_back(std::move(letter));
   case tag_trace:
@@ -155,12 +164,33 @@ void Coordinator::Implementation::merge(Letter declaration) {
   silent.erase(declaration.sender);
 }
 
+bool Coordinator::Implementation::has_declared(const std::string &participant) const {
+  const auto ranks = world.ranks_of(participant);
+  return std::none_of(ranks.begin(), ranks.end(), [this](int rank) { return silent.count(rank) > 0; });
+}
+
+/// Of those who want to know the points of somebody who has declared them.
+void Coordinator::Implementation::answer_questions() {
+  for (auto question = questions.begin(); question != questions.end();) {
+    const auto &[rank, wanted] = *question;
+    const ParticipantInfo &partner = find_partner(participants, member(rank).first, wanted);
+    if (has_declared(partner.name)) {
+      mail.post(rank, tag_partner, points_for_others(partner, wanted.point_set));
+      question = questions.erase(question);
+    } else
+      ++question;
+  }
+  if (!questions.empty() && questions.size() == silent.size())
+    throw Failure(ExitCode::handshake, "nobody can declare anything: " + who_asks_whom(world, questions));
+}
+
 void Coordinator::Implementation::collect_declarations() {
   for (int r = 0; r < n_ranks; ++r)
     if (r != world.rank())
       silent.insert(r);
   const auto all_came = [&] {
     open_letters();
+    answer_questions();
     return silent.empty();
   };
   waiting.until(all_came, [&] { return Awaited{"the declaration of " + who(*silent.begin()), ""}; });
@@ -234,9 +264,15 @@ void Coordinator::Implementation::send_off(int code) {
   undisturbed.within(grace_to_leave, [this] { return mail.all_sent(); });
 }
 
-Coordinator::Coordinator(int &argc, char **&argv) {
+Coordinator::Coordinator() {
+  settle_process(true);
   std::signal(SIGUSR1, [](int) { stop_signal = 1; });
-  implementation_ = std::make_unique<Implementation>(argc, argv);
+  try {
+    implementation_ = std::make_unique<Implementation>();
+  } catch (const Unmet &unmet) {
+    std::exit(static_cast<int>(unmet.code()));
+  }
+  keep_to_own_core(implementation_->world.own());
 }
 
 Coordinator::~Coordinator() {
@@ -286,7 +322,7 @@ void Coordinator::handshake(const std::map<std::string, Expected> &expected, con
     participant.program = who.program;
     participant.n_ranks = ranks.size();
     all.participants.push_back(participant);
-    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds});
+    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds, who.settings});
   }
   all.welcomed = true;
   all.collect_declarations();
@@ -335,6 +371,8 @@ Coordinator::Recording Coordinator::record(int route,
                                            std::function<void(const Step &, const std::vector<double> &)> on_values) {
   Implementation &all = *implementation_;
   const RouteTable &table = *std::next(all.tables.begin(), route);
+  if (table.field.is_global())
+    throw Failure(ExitCode::scene, "field '" + table.field.name + "' belongs to no points and cannot be recorded");
   const auto sources = all.world.ranks_of(table.from);
   for (std::size_t r = 0; r < sources.size(); ++r)
     all.mail.post(sources[r], tag_route, table.row_of_source_to_coupler(all.world, r));

@@ -14,14 +14,17 @@ namespace heartbus::bus {
 
 /// What a participant has declared, as the coupler sees it.
 struct FieldInfo {
-  std::string name, point_set, unit, level; ///< level: of outputs
+  std::string name, point_set, unit, level; ///< point_set: see Declaration::global; level: of outputs
   unsigned components = 1;
   bool output = false;
+  bool is_global() const { return point_set == Declaration::global; }
 };
 struct PointSetInfo {
   std::string name;
   double spacing = 0;                           ///< smallest of all ranks [m]
   std::vector<std::vector<double>> coordinates; ///< [rank of the participant][3 * point]
+  unsigned n_corners = 0;                       ///< of a face
+  std::vector<double> faces;                    ///< of all ranks, [3 * n_corners * face]: where their corners are
   std::size_t n_points() const;                 ///< of all ranks
 };
 struct ScalarInfo {
@@ -89,7 +92,7 @@ struct Report {
 /// the whole launch. It knows neither schemes nor physics.
 class Coordinator {
  public:
-  Coordinator(int &argc, char **&argv);
+  Coordinator();
   ~Coordinator();
 
   /// Runs `body`; a Failure (its own or one that a participant reports) is printed once, ordered to every rank, and its
@@ -99,8 +102,9 @@ class Coordinator {
   /// Compares who came with who is expected (name -> {program, ranks; 0 = any}), sends everyone the scene, collects the
   /// declarations. Failure(handshake) lists what was expected and what came.
   struct Expected {
-    std::string program;
+    std::string program; ///< empty: any
     int ranks = 0;
+    std::map<std::string, std::string> settings{}; ///< handed on to the participant
   };
   void handshake(const std::map<std::string, Expected> &expected, const std::string &scene_text,
                  const std::string &output_folder, double deadline_seconds);

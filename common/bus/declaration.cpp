@@ -9,21 +9,30 @@ namespace heartbus::bus {
 void LocalDeclaration::point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) {
   if (coordinates.size() % 3 != 0)
     throw Failure(ExitCode::handshake, "point set '" + name + "' needs three coordinates a point");
-  info_.point_sets.push_back({name, spacing, {coordinates}});
+  info_.point_sets.push_back({name, spacing, {coordinates}, 0, {}});
+}
+
+void LocalDeclaration::faces(const std::string &point_set, unsigned n_corners, const std::vector<double> &corners) {
+  coordinates(point_set);
+  for (PointSetInfo &set : info_.point_sets)
+    if (set.name == point_set) {
+      set.n_corners = n_corners;
+      set.faces = corners;
+    }
 }
 
 void LocalDeclaration::output(const std::string &name, const std::string &point_set, unsigned components,
                               const std::string &unit, const std::string &level, const std::vector<double> &values) {
   const FieldInfo field{name, point_set, unit, level, components, true};
   info_.fields.push_back(field);
-  fields_.push_back({field, &values, nullptr, coordinates(point_set).size() / 3 * components});
+  fields_.push_back({field, &values, nullptr, n_values(point_set, components)});
 }
 
 void LocalDeclaration::input(const std::string &name, const std::string &point_set, unsigned components,
                              const std::string &unit, std::vector<double> &values) {
   const FieldInfo field{name, point_set, unit, "", components, false};
   info_.fields.push_back(field);
-  fields_.push_back({field, nullptr, &values, coordinates(point_set).size() / 3 * components});
+  fields_.push_back({field, nullptr, &values, n_values(point_set, components)});
 }
 
 void LocalDeclaration::task(const std::string &name, std::function<void(const Step &)> action) {
@@ -55,6 +64,10 @@ const std::vector<double> &LocalDeclaration::coordinates(const std::string &poin
     if (set.name == point_set)
       return set.coordinates.front();
   throw Failure(ExitCode::handshake, "point set '" + point_set + "' must be declared before its fields");
+}
+
+std::size_t LocalDeclaration::n_values(const std::string &point_set, unsigned components) const {
+  return point_set == global ? components : coordinates(point_set).size() / 3 * components;
 }
 
 std::vector<double> LocalDeclaration::scalars() const {

@@ -14,6 +14,7 @@ namespace heartbus::bus {
 class LocalDeclaration : public Declaration {
  public:
   void point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) override;
+  void faces(const std::string &point_set, unsigned n_corners, const std::vector<double> &corners) override;
   void output(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
               const std::string &level, const std::vector<double> &values) override;
   void input(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
@@ -31,6 +32,8 @@ class LocalDeclaration : public Declaration {
   };
   const Field &field(const std::string &name, bool output) const;
   const std::vector<double> &coordinates(const std::string &point_set) const;
+  /// How many values a field has on this rank.
+  std::size_t n_values(const std::string &point_set, unsigned components) const;
   const ParticipantInfo &info() const { return info_; } ///< point sets hold this rank's points alone
   const std::map<std::string, std::function<void(const Step &)>> &tasks() const { return tasks_; }
   std::vector<double> scalars() const; ///< of this rank

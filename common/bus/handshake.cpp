@@ -1,8 +1,11 @@
 #include "common/bus/handshake.h"
 
 #include "common/bus/failure.h"
+#include "common/mapping/conforming_map.h"
+#include "common/mapping/point_hash.h"
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 namespace heartbus::bus {
@@ -13,7 +16,7 @@ std::string ranks_text(int ranks) { return std::to_string(ranks) + (ranks == 1 ?
 std::string list(const std::map<std::string, Coordinator::Expected> &expected) {
   std::ostringstream text;
   for (const auto &[name, who] : expected)
-    text << (text.tellp() > 0 ? ", " : "") << name << " (" << who.program
+    text << (text.tellp() > 0 ? ", " : "") << name << " (" << (who.program.empty() ? "any program" : who.program)
          << (who.ranks > 0 ? ", " + ranks_text(who.ranks) : "") << ")";
   return text.str();
 }
@@ -43,7 +46,26 @@ bool same_field(const FieldInfo &a, const FieldInfo &b) {
          a.output == b.output;
 }
 
-bool same_set(const PointSetInfo &a, const PointSetInfo &b) { return a.name == b.name; }
+bool same_set(const PointSetInfo &a, const PointSetInfo &b) { return a.name == b.name && a.n_corners == b.n_corners; }
+
+/// Numbers of the points at these places.
+std::vector<int> numbers_of(const std::vector<double> &places, const PartnerPoints &set, const std::string &name) {
+  std::vector<mapping::Point> points(set.coordinates.size() / 3);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    std::copy_n(set.coordinates.data() + 3 * i, 3, points[i].begin());
+  const double radius = mapping::relative_tolerance * set.spacing;
+  const mapping::PointHash hash(points, 2 * radius);
+  std::vector<int> numbers;
+  for (std::size_t i = 0; i < places.size(); i += 3) {
+    const auto found = hash.within({places[i], places[i + 1], places[i + 2]}, radius);
+    if (found.empty())
+      throw Failure(ExitCode::map, "a face of " + name + " has a corner at (" + std::to_string(places[i]) + ", " +
+                                       std::to_string(places[i + 1]) + ", " + std::to_string(places[i + 2]) +
+                                       ") m, which is none of its points");
+    numbers.push_back(found.front());
+  }
+  return numbers;
+}
 
 } // namespace
 
@@ -60,7 +82,7 @@ void compare_members(const World &world, const std::map<std::string, Coordinator
     const auto ranks = world.ranks_of(name);
     if (ranks.empty())
       problem = "participant '" + name + "' is missing";
-    else if (world.members()[ranks.front()].program != base_name(who.program))
+    else if (!who.program.empty() && world.members()[ranks.front()].program != base_name(who.program))
       problem = "participant '" + name + "' is played by the wrong program";
     else if (who.ranks > 0 && static_cast<int>(ranks.size()) != who.ranks)
       problem = "participant '" + name + "' has " + ranks_text(ranks.size());
@@ -74,6 +96,41 @@ void compare_members(const World &world, const std::map<std::string, Coordinator
     throw Failure(ExitCode::handshake, problem + "\n  expected: " + list(expected) + "\n  came: " + world.who_came());
 }
 
+const ParticipantInfo &find_partner(const std::vector<ParticipantInfo> &participants, const std::string &asker,
+                                    const Question &question) {
+  std::string others;
+  for (const ParticipantInfo &participant : participants) {
+    if (participant.name == question.participant && participant.name != asker)
+      return participant;
+    if (participant.name != asker)
+      others += (others.empty() ? "" : ", ") + participant.name;
+  }
+  throw Failure(ExitCode::handshake, asker + " asks for the points '" + question.point_set + "' of '" +
+                                         question.participant + "', who does not take part; the others are " + others);
+}
+
+PartnerPoints points_for_others(const ParticipantInfo &participant, const std::string &set_name) {
+  const PointSetInfo &set = point_set(participant, set_name);
+  PartnerPoints points;
+  for (const auto &of_rank : set.coordinates)
+    points.coordinates.insert(points.coordinates.end(), of_rank.begin(), of_rank.end());
+  points.spacing = set.spacing;
+  points.n_corners = set.n_corners;
+  points.faces = numbers_of(set.faces, points, participant.name + "." + set_name);
+  return points;
+}
+
+std::string who_asks_whom(const World &world, const std::map<int, Question> &questions) {
+  std::set<std::string> lines;
+  for (const auto &[rank, question] : questions)
+    lines.insert(world.members()[rank].name + " asks for the points '" + question.point_set + "' of " +
+                 question.participant + " first");
+  std::string text;
+  for (const std::string &line : lines)
+    text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
 void merge_declaration(ParticipantInfo &participant, int rank, const ParticipantInfo &declared) {
   if (participant.point_sets.empty()) {
     participant.fields = declared.fields;
@@ -82,6 +139,7 @@ void merge_declaration(ParticipantInfo &participant, int rank, const Participant
     participant.point_sets = declared.point_sets;
     for (PointSetInfo &set : participant.point_sets) {
       set.coordinates.assign(participant.n_ranks, {});
+      set.faces.clear();
       set.spacing = 0;
     }
   }
@@ -93,6 +151,7 @@ void merge_declaration(ParticipantInfo &participant, int rank, const Participant
     throw Failure(ExitCode::handshake, "the ranks of " + participant.name + " declare different fields or tasks");
   for (std::size_t i = 0; i < sets.size(); ++i) {
     PointSetInfo &set = participant.point_sets[i];
+    set.faces.insert(set.faces.end(), sets[i].faces.begin(), sets[i].faces.end());
     set.coordinates[rank] = sets[i].coordinates.front();
     if (!set.coordinates[rank].empty())
       set.spacing = set.spacing > 0 ? std::min(set.spacing, sets[i].spacing) : sets[i].spacing;
@@ -109,6 +168,10 @@ std::pair<FieldInfo, FieldInfo> agree_on_field(const ParticipantInfo &from, cons
     throw Failure(ExitCode::handshake, "field '" + field + "' has " + std::to_string(sent.components) +
                                            " components at " + from.name + ", but " +
                                            std::to_string(received.components) + " at " + to.name);
+  if (sent.is_global() != received.is_global())
+    throw Failure(ExitCode::handshake, "field '" + field + "' is " + (sent.is_global() ? "global" : "one of points") +
+                                           " at " + from.name + ", but " +
+                                           (sent.is_global() ? "one of points" : "global") + " at " + to.name);
   return {sent, received};
 }
 
@@ -116,7 +179,10 @@ const PointSetInfo &point_set(const ParticipantInfo &participant, const std::str
   for (const PointSetInfo &set : participant.point_sets)
     if (set.name == name)
       return set;
-  throw Failure(ExitCode::handshake, participant.name + " declares no point set '" + name + "'");
+  std::string names;
+  for (const PointSetInfo &set : participant.point_sets)
+    names += " " + set.name;
+  throw Failure(ExitCode::handshake, participant.name + " declares no point set '" + name + "'; it has:" + names);
 }
 
 } // namespace heartbus::bus

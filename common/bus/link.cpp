@@ -53,8 +53,8 @@ Bytes Link::receive_broadcast(double patience) {
   return bytes;
 }
 
-Bytes Link::receive(Tag tag) {
-  return receive_from(world_.coupler(), tag, {"a routing table of the coupler", "coupler"});
+Bytes Link::receive(Tag tag, const std::string &what, const std::string &from) {
+  return receive_from(world_.coupler(), tag, {what, from});
 }
 
 Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience, Habit *habit) {

@@ -32,7 +32,7 @@ class Link {
   /// The coupler's next message to this participant, on every rank of it.
   Bytes receive_broadcast(double patience);
   /// The coupler's next message to this very rank.
-  Bytes receive(Tag tag);
+  Bytes receive(Tag tag, const std::string &what, const std::string &from);
   template <class T>
   void post(Tag tag, const T &message) {
     mail_.post(world_.coupler(), tag, message);

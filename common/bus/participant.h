@@ -25,17 +25,22 @@ namespace heartbus::bus {
 class Participant {
  public:
   /// `default_name` can be replaced by `--name NAME` on the command line.
-  Participant(int &argc, char **&argv, const std::string &default_name, const std::string &program);
+  Participant(int argc, char **argv, const std::string &default_name, const std::string &program);
   ~Participant();
 
   const std::string &name() const;
   MPI_Comm communicator() const;
   const std::string &scene_text() const;    ///< the resolved scene, YAML
   const std::string &output_folder() const; ///< exists already
+  /// What the scene says under `participants.NAME.settings`, as written there. Failure(scene), which tells the meaning,
+  /// when it says nothing.
+  const std::string &setting(const std::string &key, const std::string &meaning);
+  const std::string *setting(const std::string &key); ///< null when it says nothing
 
   int run(const std::function<void()> &body);
   /// Handshake, then execute the coupler's commands until the end of the run.
-  void serve(Solver &solver);
+  enum class Sends { finite_numbers, anything }; ///< the latter to test what others do with it
+  void serve(Solver &solver, Sends sends = Sends::finite_numbers);
 
  private:
   struct Implementation;

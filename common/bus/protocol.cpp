@@ -3,10 +3,32 @@
 namespace heartbus::bus {
 
 Packer &operator<<(Packer &packer, const Welcome &welcome) {
-  return packer << welcome.scene << welcome.output_folder << welcome.deadline;
+  packer << welcome.scene << welcome.output_folder << welcome.deadline << welcome.settings.size();
+  for (const auto &[key, value] : welcome.settings)
+    packer << key << value;
+  return packer;
 }
 Unpacker &operator>>(Unpacker &unpacker, Welcome &welcome) {
-  return unpacker >> welcome.scene >> welcome.output_folder >> welcome.deadline;
+  unpacker >> welcome.scene >> welcome.output_folder >> welcome.deadline;
+  for (auto n = unpacker.read<std::size_t>(); n > 0; --n) {
+    const auto key = unpacker.read<std::string>();
+    unpacker >> welcome.settings[key];
+  }
+  return unpacker;
+}
+
+Packer &operator<<(Packer &packer, const Question &question) {
+  return packer << question.participant << question.point_set;
+}
+Unpacker &operator>>(Unpacker &unpacker, Question &question) {
+  return unpacker >> question.participant >> question.point_set;
+}
+
+Packer &operator<<(Packer &packer, const PartnerPoints &points) {
+  return packer << points.coordinates << points.spacing << points.n_corners << points.faces;
+}
+Unpacker &operator>>(Unpacker &unpacker, PartnerPoints &points) {
+  return unpacker >> points.coordinates >> points.spacing >> points.n_corners >> points.faces;
 }
 
 Packer &operator<<(Packer &packer, const Peer &peer) {
@@ -61,10 +83,10 @@ Unpacker &operator>>(Unpacker &unpacker, Report &report) {
 }
 
 Packer &operator<<(Packer &packer, const PointSetInfo &set) {
-  return packer << set.name << set.spacing << set.coordinates;
+  return packer << set.name << set.spacing << set.coordinates << set.n_corners << set.faces;
 }
 Unpacker &operator>>(Unpacker &unpacker, PointSetInfo &set) {
-  return unpacker >> set.name >> set.spacing >> set.coordinates;
+  return unpacker >> set.name >> set.spacing >> set.coordinates >> set.n_corners >> set.faces;
 }
 
 Packer &operator<<(Packer &packer, const FieldInfo &field) {

@@ -27,13 +27,28 @@ enum Tag {
   tag_trace,       ///< every rank -> coupler: what it has done when, if it was ordered to note that
   tag_exit,        ///< coupler -> every rank, after a failure: all have gone, the processes may end
   tag_turn,        ///< from one participant's ranks to those of another: go on
-  tag_share        ///< rank -> root: its part of a report
+  tag_share,       ///< rank -> root: its part of a report
+  tag_question,    ///< rank -> coupler, before its declaration: it wants to know another participant's points
+  tag_partner      ///< coupler -> rank: the points it has asked for
 };
 
 /// First message to a participant.
 struct Welcome {
   std::string scene, output_folder;
   double deadline = 0;
+  std::map<std::string, std::string> settings; ///< free keys of the scene, for this participant
+};
+
+struct Question {
+  std::string participant, point_set;
+};
+
+/// A point set of another participant: all points, in the order of its ranks, and faces between them.
+struct PartnerPoints {
+  std::vector<double> coordinates; ///< [3 * point]
+  double spacing = 0;
+  unsigned n_corners = 0; ///< of a face
+  std::vector<int> faces; ///< [n_corners * face]: points
 };
 
 /// Which points of this rank travel to, or come from, one other rank.
@@ -60,6 +75,10 @@ struct Complaint {
 
 Packer &operator<<(Packer &packer, const Welcome &welcome);
 Unpacker &operator>>(Unpacker &unpacker, Welcome &welcome);
+Packer &operator<<(Packer &packer, const Question &question);
+Unpacker &operator>>(Unpacker &unpacker, Question &question);
+Packer &operator<<(Packer &packer, const PartnerPoints &points);
+Unpacker &operator>>(Unpacker &unpacker, PartnerPoints &points);
 Packer &operator<<(Packer &packer, const RouteRow &row);
 Unpacker &operator>>(Unpacker &unpacker, RouteRow &row);
 Packer &operator<<(Packer &packer, const Complaint &complaint);

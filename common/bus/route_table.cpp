@@ -18,8 +18,13 @@ RouteTable::RouteTable(int number, const ParticipantInfo &from, const Participan
 
 RouteTable::RouteTable(int number, const ParticipantInfo &from, const ParticipantInfo &to,
                        const std::pair<FieldInfo, FieldInfo> &agreed)
-    : number(number), from(from.name), to(to.name), field(agreed.first),
-      target_(points_of(to, agreed.second.point_set)) {
+    : number(number), from(from.name), to(to.name), field(agreed.first) {
+  if (field.is_global()) {
+    for (int rank = 0; rank < to.n_ranks; ++rank)
+      blocks_.push_back({0, rank, {0}, {0}});
+    return;
+  }
+  target_ = points_of(to, agreed.second.point_set);
   const mapping::DistributedPoints source = points_of(from, agreed.first.point_set);
   try {
     blocks_ = mapping::split_by_ranks(mapping::match_points(source, target_), source, target_);

@@ -17,11 +17,13 @@ constexpr double patience_of_the_idle = 10;
                                           const std::vector<double> &coordinates, const Step &step) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!(std::abs(values[i]) <= largest_plausible)) {
-      const double *point = coordinates.data() + i / field.components * 3;
       std::ostringstream message;
-      message << "field '" << field.name << "' is " << values[i] << " at point (" << point[0] << ", " << point[1]
-              << ", " << point[2] << "), component " << i % field.components << ", " << describe(step)
-              << "; it has not been sent";
+      message << "field '" << field.name << "' is " << values[i];
+      if (!field.is_global()) {
+        const double *point = coordinates.data() + i / field.components * 3;
+        message << " at point (" << point[0] << ", " << point[1] << ", " << point[2] << ")";
+      }
+      message << ", component " << i % field.components << ", " << describe(step) << "; it has not been sent";
       throw Failure(ExitCode::not_finite, message.str());
     }
   throw Failure(ExitCode::not_finite, "field '" + field.name + "' is not finite, " + describe(step));
@@ -53,18 +55,62 @@ std::string whose(const Command &command) {
 
 } // namespace
 
-void Server::run() {
-  solver_.declare(declared_);
+Server::Work::Work(Stopwatch &commands, Stopwatch &parts, const Command &of)
+    : command(commands, kind_of_work(of)), part(parts, whose(of)) {}
+
+void Server::open(const std::vector<Stopwatch *> &stopwatches) {
+  stopwatches_ = stopwatches;
   link_.post(tag_declaration, declared_.info());
-  while (!finished_)
-    for (const Command &command : next_batch()) {
-      if (command.kind != Command::Kind::send)
-        ring();
-      execute(command);
-      link_.post_progress();
-    }
+}
+
+const Command *Server::next() {
+  if (command_)
+    end();
+  while (!finished_) {
+    begin(take());
+    if (is_for_solver(*command_))
+      return command_;
+    execute(*command_);
+    end();
+  }
   if (trace_)
     hand_over_trace();
+  return nullptr;
+}
+
+const Command &Server::take() {
+  while (n_taken_ == batch_.size()) {
+    batch_ = next_batch();
+    n_taken_ = 0;
+  }
+  const Command &command = batch_[n_taken_];
+  if (command.kind == Command::Kind::solve && !is_prepared(command.step))
+    return implied_ = {Command::Kind::prepare, "", -1, command.step};
+  ++n_taken_;
+  return command;
+}
+
+void Server::begin(const Command &command) {
+  if (command.kind != Command::Kind::send)
+    ring();
+  command_ = &command;
+  work_.emplace(commands_, parts_, command);
+}
+
+void Server::end() {
+  if (command_->kind == Command::Kind::prepare) {
+    prepared_step_ = command_->step.number;
+    prepared_time_ = command_->step.time;
+  }
+  if (command_->kind == Command::Kind::finish) {
+    for (const auto &[route, transfer] : sent_)
+      wait_until_taken(route);
+    finished_ = true;
+  }
+  work_.reset();
+  if (command_ != &implied_)
+    link_.post_progress();
+  command_ = nullptr;
 }
 
 /// After the last of several fields: who wakes for the first one would have to wait for the others. Who wakes may take
@@ -83,19 +129,28 @@ std::vector<Command> Server::next_batch() {
   return unpack<std::vector<Command>>(link_.receive_broadcast(patience_of_the_idle));
 }
 
+bool Server::is_for_solver(const Command &command) {
+  switch (command.kind) {
+  case Command::Kind::task:
+    if (declared_.tasks().count(command.task) == 0)
+      throw Failure(ExitCode::handshake, "the coupler orders task '" + command.task + "', which has not been declared");
+    return true;
+  case Command::Kind::prepare:
+  case Command::Kind::solve:
+  case Command::Kind::commit:
+  case Command::Kind::finish:
+  case Command::Kind::save:
+  case Command::Kind::load:
+  case Command::Kind::refresh:
+    return true;
+  default:
+    return false;
+  }
+}
+
 void Server::execute(const Command &command) {
-  command_ = &command;
-  const Stopwatch::Section section(commands_, kind_of_work(command)), part(parts_, whose(command));
   const Step &step = command.step;
   switch (command.kind) {
-  case Command::Kind::prepare:
-    return prepare(step);
-  case Command::Kind::solve:
-    return solve(step);
-  case Command::Kind::commit:
-    return solver_.commit_step(step);
-  case Command::Kind::task:
-    return perform(command.task, step);
   case Command::Kind::send:
     return send(command.route, step);
   case Command::Kind::receive:
@@ -104,14 +159,6 @@ void Server::execute(const Command &command) {
     return report(command.task != Command::scalars_only);
   case Command::Kind::connect:
     return connect();
-  case Command::Kind::finish:
-    return finish();
-  case Command::Kind::save:
-    return solver_.save_state(command.task, step);
-  case Command::Kind::load:
-    return solver_.load_state(command.task, step);
-  case Command::Kind::refresh:
-    return solver_.refresh();
   case Command::Kind::trace:
     return begin_trace();
   case Command::Kind::pass_turn:
@@ -120,36 +167,17 @@ void Server::execute(const Command &command) {
     const Stopwatch::Section waiting(parts_, "waiting");
     return link_.take_turn(command.task);
   }
+  default:
+    return; // of the solver
   }
-}
-
-void Server::prepare(const Step &step) {
-  solver_.prepare_step(step);
-  prepared_step_ = step.number;
-  prepared_time_ = step.time;
 }
 
 bool Server::is_prepared(const Step &step) const {
   return prepared_step_ == step.number && prepared_time_ == step.time;
 }
 
-void Server::solve(const Step &step) {
-  if (!is_prepared(step)) {
-    const Stopwatch::Section section(commands_, "prepare");
-    prepare(step);
-  }
-  solver_.solve_step(step);
-}
-
-void Server::perform(const std::string &task, const Step &step) {
-  const auto found = declared_.tasks().find(task);
-  if (found == declared_.tasks().end())
-    throw Failure(ExitCode::handshake, "the coupler orders task '" + task + "', which has not been declared");
-  found->second(step);
-}
-
 void Server::connect() {
-  const auto row = unpack<RouteRow>(link_.receive(tag_route));
+  const auto row = unpack<RouteRow>(link_.receive(tag_route, "a routing table of the coupler", "coupler"));
   const LocalDeclaration::Field &field = declared_.field(row.field, row.outgoing);
   link_.connect(row, field.info.components);
   (row.outgoing ? sent_ : received_)[row.route] = {&field, (row.outgoing ? "send " : "receive ") + row.field};
@@ -163,8 +191,10 @@ void Server::send(int route, const Step &step) {
   wait_until_taken(route);
   Outgoing &ends = link_.outgoing.at(route);
   ends.pack(step, *field.source);
-  if (!ends.is_plausible())
-    name_what_is_implausible(*field.source, field.info, declared_.coordinates(field.info.point_set), step);
+  if (!sends_anything && !ends.is_plausible())
+    name_what_is_implausible(
+        *field.source, field.info,
+        field.info.is_global() ? std::vector<double>() : declared_.coordinates(field.info.point_set), step);
   ends.send();
   ends.add_receivers(to_be_rung_);
 }
@@ -244,7 +274,7 @@ Seconds Server::take_parts() {
   Seconds parts = parts_.take();
   double other = parts["solver"];
   parts.erase("solver");
-  for (Stopwatch *stopwatch : solver_.stopwatches()) {
+  for (Stopwatch *stopwatch : stopwatches_) {
     const Seconds sections = stopwatch->take();
     other -= total(sections);
     add(sections, parts);
@@ -253,20 +283,13 @@ Seconds Server::take_parts() {
   return parts;
 }
 
-void Server::finish() {
-  solver_.finish();
-  for (const auto &[route, transfer] : sent_)
-    wait_until_taken(route);
-  finished_ = true;
-}
-
 void Server::begin_trace() {
   trace_.emplace();
   commands_.on_section = [this](const std::string &kind, Stopwatch::Time begin, Stopwatch::Time end) {
     if (kind != "idle")
       trace_->add(label(kind), begin, end, command_->step);
   };
-  for (Stopwatch *stopwatch : solver_.stopwatches())
+  for (Stopwatch *stopwatch : stopwatches_)
     stopwatch->on_section = [this](const std::string &part, Stopwatch::Time begin, Stopwatch::Time end) {
       trace_->add(part, begin, end, command_->step);
     };
@@ -278,9 +301,10 @@ const std::string &Server::label(const std::string &kind) const {
 }
 
 void Server::hand_over_trace() {
-  for (Stopwatch *stopwatch : solver_.stopwatches())
+  for (Stopwatch *stopwatch : stopwatches_)
     stopwatch->on_section = nullptr;
   link_.post(tag_trace, *trace_);
+  trace_.reset();
 }
 
 } // namespace heartbus::bus

@@ -30,6 +30,14 @@ class Declaration {
   /// `spacing` is the characteristic distance between neighbours [m], to which the matching tolerance is relative.
   virtual void point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) = 0;
 
+  /// Faces between points of this set that this rank owns, by the places of their corners: 3 * n_corners numbers a face
+  /// [m]. For participants that have no mesh of their own.
+  virtual void faces(const std::string &point_set, unsigned n_corners, const std::vector<double> &corners) = 0;
+
+  /// In place of a point set: the values belong to no point, e.g. the volume of a cavity. They are those of rank 0, for
+  /// all ranks of the receiver.
+  static constexpr char global[] = "";
+
   /// A nodal field that others may receive: `components` values a point, interleaved. `level` names the time level it
   /// carries after a step's tasks, e.g. "n" or "n+1".
   virtual void output(const std::string &name, const std::string &point_set, unsigned components,

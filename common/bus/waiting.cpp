@@ -7,10 +7,6 @@
 #include <thread>
 #include <utility>
 
-#ifdef __linux__
-#include <sys/prctl.h>
-#endif
-
 namespace heartbus::bus {
 
 namespace {
@@ -42,11 +38,7 @@ struct Naps {
 } // namespace
 
 Waiting::Waiting(std::function<void()> poll, std::function<bool()> is_sending, const Doorbells *bells)
-    : poll_(std::move(poll)), is_sending_(std::move(is_sending)), bells_(bells) {
-#ifdef __linux__
-  prctl(PR_SET_TIMERSLACK, 1000); // [ns]: a pause takes as long as it says, not 50 us longer
-#endif
-}
+    : poll_(std::move(poll)), is_sending_(std::move(is_sending)), bells_(bells) {}
 
 bool Waiting::sleep(std::uint32_t heard, const Habit *habit, nanoseconds longest) const {
   if (bells_)

@@ -1,11 +1,8 @@
 #include "common/bus/world.h"
 
-#include "common/bus/failure.h"
 #include "common/bus/packer.h"
-#include "common/bus/placement.h"
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -14,26 +11,12 @@ namespace heartbus::bus {
 
 const char *const build_id = "heartbus 0.1.0, compiler " __VERSION__;
 
-namespace {
-
-/// Open MPI hands larger messages over in stages for which the sender has to be awake, unless one process may read the
-/// other's memory, which many systems forbid (ptrace_scope). By default they begin at 4 kB.
-void keep_messages_whole() {
-  constexpr char size[] = "65536"; // bytes
-  setenv("OMPI_MCA_btl_vader_eager_limit", size, 0);
-  setenv("OMPI_MCA_btl_vader_max_send_size", size, 0);
-}
-
-} // namespace
-
-World::World(int &argc, char **&argv, const Member &self) {
-  // The launcher forwards SIGUSR1 to every rank, and by default it ends a process.
-  if (!self.coupler)
-    std::signal(SIGUSR1, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN); // a file beyond the user's limit is for its writer to report, as a full disk is
-  keep_messages_whole();
-  int provided;
-  MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided);
+World::World(const Member &self) {
+  int initialised, provided;
+  MPI_Initialized(&initialised);
+  owns_mpi_ = !initialised;
+  if (owns_mpi_)
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &provided);
   MPI_Comm_dup(MPI_COMM_WORLD, &control_);
   MPI_Comm_dup(MPI_COMM_WORLD, &data_);
   MPI_Comm_rank(control_, &rank_);
@@ -44,7 +27,7 @@ World::World(int &argc, char **&argv, const Member &self) {
     if (rank_ == 0)
       std::fprintf(stderr, "heartbus: %s\n", message.c_str());
     finalize();
-    std::exit(static_cast<int>(ExitCode::handshake));
+    throw Unmet(message);
   }
   const auto is_coupler = [](const Member &member) { return member.coupler; };
   coupler_ = std::find_if(members_.begin(), members_.end(), is_coupler) - members_.begin();
@@ -52,7 +35,6 @@ World::World(int &argc, char **&argv, const Member &self) {
   MPI_Comm_dup(own_, &local_);
   bells_.emplace(control_);
   pipes_.emplace(control_);
-  keep_to_own_core(own_);
 }
 
 void World::gather_members(const Member &self) {
@@ -142,7 +124,8 @@ void World::finalize() {
   for (MPI_Comm *communicator : {&control_, &data_, &own_, &local_})
     if (*communicator != MPI_COMM_NULL)
       MPI_Comm_free(communicator);
-  MPI_Finalize();
+  if (owns_mpi_)
+    MPI_Finalize();
 }
 
 void World::abort(int code) {

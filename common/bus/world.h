@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/bus/doorbell.h"
+#include "common/bus/failure.h"
 #include "common/bus/pipe.h"
 
 #include <mpi.h>
@@ -10,7 +11,7 @@
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 8; ///< everyone in a launch must speak the same
+constexpr int protocol_version = 9; ///< everyone in a launch must speak the same
 extern const char *const build_id;  ///< shown by --version and in the list of who came
 
 /// What every rank of the launch tells all others first.
@@ -20,12 +21,18 @@ struct Member {
   bool coupler = false;
 };
 
-/// The launch: initialises MPI, learns who came and splits by declared name (MPI_APPNUM is absent under some
-/// launchers). This is the only place that names MPI_COMM_WORLD. A launch without exactly one coupler, with one name
-/// claimed by two programs or with different protocols ends here, with one message that lists who came.
+/// Those who came cannot work together: one message, which lists them, has been printed.
+class Unmet : public Failure {
+ public:
+  explicit Unmet(const std::string &message) : Failure(ExitCode::handshake, message) {}
+};
+
+/// The launch: initialises MPI unless the program has done so, learns who came and splits by declared name (MPI_APPNUM
+/// is absent under some launchers). This is the only place that names MPI_COMM_WORLD. A launch without exactly one
+/// coupler, with one name claimed by two programs or with different protocols ends here: Unmet.
 class World {
  public:
-  World(int &argc, char **&argv, const Member &self);
+  explicit World(const Member &self);
 
   int rank() const { return rank_; }
   int coupler() const { return coupler_; }
@@ -44,7 +51,7 @@ class World {
   Pipe *pipe_to(int rank) const { return pipe(rank, true); }
   Pipe *pipe_from(int rank) const { return pipe(rank, false); }
 
-  void finalize();                   ///< collective over the launch
+  void finalize();                   ///< collective over the launch; MPI only if it has been initialised here
   [[noreturn]] void abort(int code); ///< when somebody cannot be reached any more
 
  private:
@@ -54,6 +61,7 @@ class World {
 
   std::optional<Doorbells> bells_;
   std::optional<NodeArray<Pipes>> pipes_;
+  bool owns_mpi_ = false;
   int rank_ = 0, coupler_ = -1;
   std::vector<Member> members_;
   MPI_Comm control_ = MPI_COMM_NULL, data_ = MPI_COMM_NULL, own_ = MPI_COMM_NULL, local_ = MPI_COMM_NULL;

@@ -81,6 +81,7 @@ class Printer : public Section {
     entry->blocks.push_back(std::make_unique<Printer>());
     return *entry->blocks.back();
   }
+  std::string file(const std::string &, const std::string &name) override { return name; }
   [[noreturn]] void fail(const std::string &key, const std::string &message) override {
     throw Failure(ExitCode::scene, "key '" + key + "': " + message);
   }

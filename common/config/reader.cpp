@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 
 namespace heartbus::config {
@@ -133,6 +134,14 @@ class Reader final : public Section {
     const Node *entry = node && index < node->children.size() ? &node->children[index] : nullptr;
     blocks_.push_back(std::make_unique<Reader>(entry, full(key) + "[" + std::to_string(index) + "]", where_));
     return *blocks_.back();
+  }
+
+  std::string file(const std::string &key, const std::string &name) override {
+    const Node *node = node_ ? node_->find(key) : nullptr;
+    const std::string &where = node ? node->where : where_;
+    const bool of_command_line = where.compare(0, 2, "--") == 0;
+    const auto folder = std::filesystem::path(of_command_line ? "" : where.substr(0, where.rfind(':'))).parent_path();
+    return std::filesystem::absolute(folder / name).lexically_normal().string();
   }
 
   [[noreturn]] void fail(const std::string &key, const std::string &message) override {

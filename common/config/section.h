@@ -58,6 +58,8 @@ class Section {
   /// A list of blocks; returns how many there are (or `current` while printing), each then visited by item(key, i).
   virtual std::size_t list(const std::string &key, std::size_t current, const std::string &meaning) = 0;
   virtual Section &item(const std::string &key, std::size_t index) = 0;
+  /// The file that a key names, relative to the scene file in which it does.
+  virtual std::string file(const std::string &key, const std::string &name) = 0;
   /// A check that spans several keys: fails at this block's line.
   [[noreturn]] virtual void fail(const std::string &key, const std::string &message) = 0;
 };

@@ -25,6 +25,10 @@ namespace heartbus::fem {
 /// so theta_epi.
 ///
 /// So [f s n] is right-handed, and a positive angle winds from the apex to the base like a right-handed screw.
+/// Rule "ellipsoid" (Land et al. 2015, doi 10.1098/rspa.2015.0641, section 2d): the same with phi = t and e_t the normal of
+/// the ellipsoid with semi-axes a + t w, c + t w through the point, between those of the endocardium (t = 0) and of the
+/// epicardium (t = 1).
+///
 /// Gradients are taken at the quadrature points, where frames are needed, and never interpolated: f has no direction at
 /// the apex. A linear tetrahedron has one frame, that of its centroid, at all its points: it strains evenly, so that its
 /// stress is one.
@@ -38,6 +42,8 @@ namespace heartbus::fem {
 /// with the dispersion angle gamma and k at the apex (of "apicobasal" the mean of -e_t there); x = 1 where e_t.k > 0: H = (I - s (x) s) / 2 on the axis, continuous around it, and f (x) f where the wall's
 /// normal is further than gamma from the axis (structure tensors for dispersed fibres: Gasser, Ogden, Holzapfel 2006,
 /// doi 10.1098/rsif.2005.0073; for active stress: Eriksson et al. 2013, doi 10.1002/cnm.2575).
+///
+/// Rule "file": f and s of each cell as the mesh file has them, without dispersion.
 class Fibres {
  public:
   /// Collective: the rules solve Laplace problems. Failure(scene) when the labels it needs are missing.
@@ -52,7 +58,10 @@ class Fibres {
 
  private:
   void lay_constant(const geometry::FibreParameters &parameters);
+  void lay_from_file(const LagrangeSpace &space);
   void lay_through_wall(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay(unsigned slot, unsigned q, double angle, const Vec3<double> &e_t, const Vec3<double> &axis);
   void average_at_nodes(const LagrangeSpace &space);
 
   unsigned n_q_;

@@ -1,6 +1,7 @@
 #include "common/fem/lagrange_space.h"
 
 #include "common/bus/failure.h"
+#include "common/fem/on_root.h"
 #include "common/fem/partition.h"
 
 #include <deal.II/distributed/fully_distributed_tria.h>
@@ -75,6 +76,7 @@ LagrangeSpace::LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, 
   distribute(mesh, refinements);
   number_nodes();
   collect_cells();
+  fetch_cell_data(mesh);
   cache_geometry();
   smallest_cell_size_ = find_smallest_cell_size();
 }
@@ -118,7 +120,7 @@ void make_triangulation(const geometry::Mesh &mesh, unsigned refinements, dealii
     cells.emplace_back(per_cell);
     for (unsigned v = 0; v < per_cell; ++v)
       cells.back().vertices[v] = mesh.cells[c * per_cell + v];
-    cells.back().material_id = mesh.materials.empty() ? 0 : mesh.materials[c];
+    cells.back().material_id = c; // which children inherit: see fetch_cell_data
   }
   if (mesh.kind == geometry::Mesh::CellKind::hexahedron)
     dealii::GridTools::consistently_order_cells(cells);
@@ -129,13 +131,6 @@ void make_triangulation(const geometry::Mesh &mesh, unsigned refinements, dealii
   dealii::GridGenerator::flatten_triangulation(coarse, flat);
 }
 
-/// What is wrong with a mesh, seen by the first rank, ends all of them.
-void refuse_everywhere(const std::string &reason, MPI_Comm communicator) {
-  const std::string said = dealii::Utilities::MPI::broadcast(communicator, reason);
-  if (!said.empty())
-    throw Failure(ExitCode::scene, said);
-}
-
 } // namespace
 
 /// One rank alone holds the whole triangulation, partitions it and hands out the parts: memory of the others falls with
@@ -143,15 +138,10 @@ void refuse_everywhere(const std::string &reason, MPI_Comm communicator) {
 void LagrangeSpace::distribute(const geometry::Mesh &mesh, unsigned refinements) {
   const int n_ranks = dealii::Utilities::MPI::n_mpi_processes(communicator_);
   dealii::Triangulation<3> flat;
-  std::string reason;
-  if (is_root())
-    try {
-      make_triangulation(mesh, refinements, flat);
-      partition(flat, n_ranks);
-    } catch (const Failure &failure) {
-      reason = failure.what();
-    }
-  refuse_everywhere(reason, communicator_);
+  on_root(communicator_, [&] {
+    make_triangulation(mesh, refinements, flat);
+    partition(flat, n_ranks);
+  });
   discretisation_->triangulation.create_triangulation(
       dealii::TriangulationDescription::Utilities::create_description_from_triangulation_in_groups<3, 3>(
           [&flat](dealii::Triangulation<3> &whole) {
@@ -221,8 +211,28 @@ void LagrangeSpace::collect_cells() {
     cell->get_dof_indices(nodes);
     for (const auto node : nodes)
       cell_nodes_.push_back(partitioners_[1]->global_to_local(node));
-    materials_.push_back(cell->material_id());
   }
+}
+
+/// The first rank alone knows what belongs to the cells of the mesh. It is asked for that of the cells here, by their
+/// numbers, which travel as deal.II's material.
+void LagrangeSpace::fetch_cell_data(const geometry::Mesh &mesh) {
+  using Wanted = std::vector<unsigned>;
+  using Found = std::pair<std::vector<unsigned>, std::vector<geometry::Mesh::Fibre>>;
+  Wanted wanted;
+  for (const auto &cell : discretisation_->cells)
+    wanted.push_back(cell->material_id());
+  const auto asked = dealii::Utilities::MPI::some_to_some(communicator_, std::map<unsigned, Wanted>{{0, wanted}});
+  std::map<unsigned, Found> answers;
+  for (const auto &[rank, cells] : asked)
+    for (const unsigned c : cells) {
+      answers[rank].first.push_back(mesh.materials.empty() ? 0 : mesh.materials[c]);
+      if (!mesh.fibres.empty())
+        answers[rank].second.push_back(mesh.fibres[c]);
+    }
+  auto found = dealii::Utilities::MPI::some_to_some(communicator_, answers);
+  materials_ = std::move(found[0].first);
+  fibres_ = std::move(found[0].second);
 }
 
 void LagrangeSpace::cache_geometry() {

@@ -64,7 +64,8 @@ struct BoundaryFaces {
 /// Finite element, quadrature, mapping and partition are chosen in lagrange_space.cpp and nowhere else.
 class LagrangeSpace {
  public:
-  /// Collective. `refinements`: uniform, nested. `degree`: 1, or 2 on tetrahedra. Throws Failure when a mesh is invalid.
+  /// Collective. `mesh`: whole on the first rank; of the others kind, labels and names count. `refinements`: uniform,
+  /// nested. `degree`: 1, or 2 on tetrahedra. Throws Failure when a mesh is invalid.
   LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, unsigned refinements = 0, unsigned degree = 1);
   ~LagrangeSpace();
 
@@ -96,6 +97,8 @@ class LagrangeSpace {
   const unsigned *cell_nodes(unsigned slot) const { return &cell_nodes_[slot * nodes_per_cell_]; }
   unsigned material(unsigned slot) const { return materials_[slot]; }
   const std::vector<std::string> &material_names() const { return material_names_; }
+  /// What the mesh brings along for the cell, where it does: null when it does not.
+  const geometry::Mesh::Fibre *fibre(unsigned slot) const { return fibres_.empty() ? nullptr : &fibres_[slot]; }
   /// [q][a], the same for all cells
   const double *shapes() const { return shapes_.data(); }
   /// [q][a][3] of a batch, in Lanes [1/m]
@@ -120,6 +123,7 @@ class LagrangeSpace {
   void distribute(const geometry::Mesh &mesh, unsigned refinements);
   void number_nodes();
   void collect_cells();
+  void fetch_cell_data(const geometry::Mesh &mesh);
   void cache_geometry();
   double find_smallest_cell_size() const;
   unsigned label_id(const std::string &label) const;
@@ -136,6 +140,7 @@ class LagrangeSpace {
   std::vector<geometry::Point3> points_;
   std::vector<std::uint8_t> slot_used_;
   std::vector<unsigned> cell_nodes_, materials_;
+  std::vector<geometry::Mesh::Fibre> fibres_;
   std::vector<double> shapes_;
   std::vector<Lanes> gradients_, JxW_;
   mutable std::vector<std::shared_ptr<const dealii::Utilities::MPI::Partitioner>> partitioners_;

@@ -1,6 +1,7 @@
 #include "common/geometry/shapes.h"
 
 #include "common/bus/failure.h"
+#include "common/geometry/mesh_file.h"
 #include "common/geometry/o_grid.h"
 
 #include <algorithm>
@@ -138,16 +139,37 @@ Mesh make_piston_part(const PistonParameters &p, double z_low, double z_high, in
   return mesh;
 }
 
+/// Its far end stays; the near one is moved to the cylinder, whose foremost line is at x = 0.
+void hollow_out(Mesh &mesh, const SlabParameters &p) {
+  for (Point3 &x : mesh.points) {
+    const double y = x[1] - p.size[1] / 2, depth = p.hollow - std::sqrt(p.hollow * p.hollow - y * y);
+    x[0] -= depth * (1 - x[0] / p.size[0]);
+  }
+}
+
 Mesh make_slab(const SlabParameters &p) {
   std::array<unsigned, 3> n;
   for (unsigned c = 0; c < 3; ++c)
-    n[c] = std::max(1L, std::lround(p.size[c] / p.cell));
-  return make_box({0, 0, 0}, {p.size[0], p.size[1], p.size[2]}, n);
+    n[c] = p.cells.empty() ? std::max(1L, std::lround(p.size[c] / p.cell)) : std::lround(p.cells[c]);
+  Mesh mesh = make_box({0, 0, 0}, {p.size[0], p.size[1], p.size[2]}, n);
+  if (p.hollow > 0)
+    hollow_out(mesh, p);
+  return mesh;
 }
 
-Ventricle make_ventricle(const Parameters &p) { return {p.ventricle, ventricle_sizes.at(p.mesh)}; }
+Ventricle make_ventricle(const Parameters &p) {
+  const VentricleParameters &v = p.ventricle;
+  const VentricleSize custom{unsigned(v.cells_across), unsigned(v.cells_along), unsigned(v.shells), unsigned(v.layers)};
+  return {v, p.mesh == "custom" ? custom : ventricle_sizes.at(p.mesh)};
+}
 
 using Labels = std::vector<std::string>;
+
+/// Of a file without this part: nothing.
+MeshSummary summary_of_file(const Parameters &p, const std::string &part) {
+  const MeshFile file(p.mesh);
+  return file.has(part) ? file.summary(part) : MeshSummary();
+}
 
 Mesh make_hexahedral_solid(const Parameters &p) {
   if (p.shape == "piston")
@@ -173,6 +195,8 @@ Mesh in_wanted_cells(const Parameters &p, const Mesh &hexahedra) {
 } // namespace
 
 std::vector<std::string> solid_labels(const Parameters &p) {
+  if (p.shape == "file")
+    return summary_of_file(p, "solid").labels;
   if (p.shape == "piston")
     return {"x_low", "x_high", "y_low", "y_high", "z_low", "interface"};
   if (p.shape == "slab")
@@ -181,6 +205,8 @@ std::vector<std::string> solid_labels(const Parameters &p) {
 }
 
 std::vector<std::string> fluid_labels(const Parameters &p) {
+  if (p.shape == "file")
+    return summary_of_file(p, "fluid").labels;
   if (p.shape == "slab")
     return {};
   if (p.shape == "piston")
@@ -188,8 +214,30 @@ std::vector<std::string> fluid_labels(const Parameters &p) {
   return p.shape == "tube" ? Labels{"interface", "inlet", "outlet"} : Labels{"interface", "base", "mitral", "aortic"};
 }
 
-Mesh make_solid(const Parameters &p) { return in_wanted_cells(p, make_hexahedral_solid(p)); }
+std::vector<std::string> solid_regions(const Parameters &p) {
+  return p.shape == "file" ? summary_of_file(p, "solid").regions : make_solid(p).material_names;
+}
 
-Mesh make_fluid(const Parameters &p) { return in_wanted_cells(p, make_hexahedral_fluid(p)); }
+bool brings_fibres(const Parameters &p) { return p.shape == "file" && summary_of_file(p, "solid").has_fibres; }
+
+std::size_t n_solid_points(const Parameters &p) {
+  return p.shape == "file" ? summary_of_file(p, "solid").n_points : make_solid(p).points.size();
+}
+
+std::size_t n_fluid_points(const Parameters &p) {
+  if (p.shape == "slab")
+    return 0;
+  return p.shape == "file" ? summary_of_file(p, "fluid").n_points : make_fluid(p).points.size();
+}
+
+std::string checksum_of_meshes(const Parameters &p) { return MeshFile(p.mesh).checksum(); }
+
+Mesh make_solid(const Parameters &p) {
+  return p.shape == "file" ? MeshFile(p.mesh).read("solid") : in_wanted_cells(p, make_hexahedral_solid(p));
+}
+
+Mesh make_fluid(const Parameters &p) {
+  return p.shape == "file" ? MeshFile(p.mesh).read("fluid") : in_wanted_cells(p, make_hexahedral_fluid(p));
+}
 
 } // namespace heartbus::geometry

@@ -5,6 +5,7 @@
 #include <hdf5.h>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace heartbus::io {
 
@@ -40,6 +41,17 @@ void require(herr_t status, const std::string &what);
 /// not be written. `what` is for the message, "create the state x.h5".
 Hdf5Object create_file(const std::string &name, const std::string &what);
 Hdf5Object open_file(const std::string &name, const std::string &what);
+
+/// A text attribute of an object. Failure(file) when there is none, or it is none.
+std::string read_text(hid_t object, const std::string &name);
+
+/// Sizes of a table along its directions.
+std::vector<hsize_t> extent(hid_t table);
+
+/// All values of a table, row by row, as `type`, which is T. Failure(file) when there is none, it is damaged, or it
+/// claims more values than its file can hold.
+template <class T>
+std::vector<T> read_all(hid_t file, const std::string &name, hid_t type);
 
 /// Renames, so that a reader sees the old file or the new one. Failure(file).
 void publish(const std::string &temporary, const std::string &name);

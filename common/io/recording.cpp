@@ -26,17 +26,6 @@ void write_text(hid_t object, const std::string &name, const std::string &text) 
   require(H5Awrite(attribute, type, text.c_str()), "write attribute " + name);
 }
 
-std::string read_text(hid_t object, const std::string &name) {
-  const Hdf5Object attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "find attribute " + name);
-  const Hdf5Object type(H5Aget_type(attribute), H5Tclose, "read the type of attribute " + name);
-  const Hdf5Object space(H5Aget_space(attribute), H5Sclose, "read the extent of attribute " + name);
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
-    throw Failure(ExitCode::file, "attribute " + name + " is not a text");
-  std::string text(H5Tget_size(type) + 1, '\0'); // in case its end is not marked
-  require(H5Aread(attribute, type, text.data()), "read attribute " + name);
-  return text.c_str();
-}
-
 /// A table that grows by rows, one row a chunk, each with a checksum.
 template <std::size_t rank>
 Hdf5Object create_table(hid_t file, const std::string &name, hid_t type, std::array<hsize_t, rank> row) {
@@ -63,33 +52,6 @@ void append_row(hid_t table, hid_t type, hsize_t n_rows, std::array<hsize_t, ran
   const Hdf5Object memory(H5Screate_simple(rank, row.data(), nullptr), H5Sclose, "describe a row");
   require(H5Dwrite(table, type, memory, space, H5P_DEFAULT, data), "write a recording (is the disk full?)");
 }
-
-std::vector<hsize_t> extent(hid_t table) {
-  const Hdf5Object space(H5Dget_space(table), H5Sclose, "read the extent of a table");
-  std::vector<hsize_t> sizes(std::max(0, H5Sget_simple_extent_ndims(space)));
-  H5Sget_simple_extent_dims(space, sizes.data(), nullptr);
-  return sizes;
-}
-
-template <class T>
-std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
-  constexpr hsize_t most = 1 << 30; // a damaged file may claim anything
-  const Hdf5Object table(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose, "find " + name);
-  hsize_t size = 1;
-  for (const hsize_t n : extent(table)) {
-    if (n > 0 && size > most / n)
-      throw Failure(ExitCode::file, "table " + name + " has more entries than can be");
-    size *= n;
-  }
-  std::vector<T> values(size);
-  if (size > 0)
-    require(H5Dread(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "read " + name);
-  return values;
-}
-
-} // namespace
-
-namespace {
 
 std::string aside(const std::string &file_name) { return file_name + ".part"; }
 

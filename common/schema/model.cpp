@@ -1,6 +1,7 @@
 #include "common/schema/model.h"
 
 #include "common/config/printer.h"
+#include "common/geometry/shapes.h"
 
 namespace heartbus {
 
@@ -15,7 +16,7 @@ bool starts_with(const std::string &text, const std::string &start) {
 std::map<std::string, std::string> model_of(const SceneParameters &scene) {
   const std::string &shape = scene.geometry.shape;
   const bool is_ventricle = shape == "ideal_left_ventricle";
-  std::vector<std::string> keys{"geometry.shape", "geometry.cells", "geometry." + (is_ventricle ? "ventricle" : shape) + "."};
+  std::vector<std::string> keys{"geometry.shape", "geometry.cells", "geometry." + (is_ventricle ? "ventricle" : shape) + "."}; // `file` has no block
   if (is_ventricle)
     keys.push_back("geometry.mesh");
   if (scene.has("ep"))
@@ -23,7 +24,7 @@ std::map<std::string, std::string> model_of(const SceneParameters &scene) {
                             "electrophysiology.degree"})
       keys.push_back(key);
   if (scene.has("mech") || scene.has("fsi"))
-    for (const char *key : {"fibres.", "mechanics.law", "mechanics.passive_regions", "mechanics.active.model",
+    for (const char *key : {"fibres.", "mechanics.law", "mechanics.regions.", "mechanics.active.model",
                             "mechanics.fixed", "mechanics.rollers"})
       keys.push_back(key);
 
@@ -33,6 +34,8 @@ std::map<std::string, std::string> model_of(const SceneParameters &scene) {
     for (const auto &key : keys)
       if (path == key || (key.back() == '.' && starts_with(path, key)))
         model[path] = value;
+  if (shape == "file")
+    model["geometry.mesh"] = geometry::checksum_of_meshes(scene.geometry);
   return model;
 }
 

@@ -6,6 +6,7 @@
 #include "common/config/reader.h"
 #include "common/config/units.h"
 #include "common/geometry/shapes.h"
+#include "common/schema/settings.h"
 
 #include <algorithm>
 #include <cctype>
@@ -39,24 +40,12 @@ void check_labels(config::Section &s, const std::string &key, const std::vector<
                       config::joined(known));
 }
 
-// The full path of a key given by the end of it.
-std::string full_path(const std::string &key, const std::vector<std::string> &paths) {
-  std::vector<std::string> found, last_words;
-  for (const auto &path : paths) {
-    if (path == key)
-      return path;
-    if (path.size() > key.size() && path.compare(path.size() - key.size() - 1, std::string::npos, "." + key) == 0)
-      found.push_back(path);
-    last_words.push_back(path.substr(path.rfind('.') + 1));
-  }
-  if (found.size() == 1)
-    return found[0];
-  if (found.size() > 1)
-    throw Failure(ExitCode::scene, "--set " + key + ": the key is not unique; write one of " + config::joined(found));
-  if (key.find('.') != std::string::npos)
-    return key; // the reader will say which part of it is unknown
-  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown" + config::did_you_mean(key, last_words) +
-                                     " 'coupler --print-defaults' lists all keys");
+void check_regions(config::Section &s, const std::string &key, const std::vector<std::string> &regions,
+                   const std::vector<std::string> &known) {
+  for (const auto &region : regions)
+    if (std::find(known.begin(), known.end(), region) == known.end())
+      s.fail(key, "the solid has no region '" + region + "'" + config::did_you_mean(region, known) + " It has " +
+                      config::joined(known));
 }
 
 config::Describe describe(SceneParameters &scene) {
@@ -118,7 +107,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -147,8 +136,11 @@ void CouplingParameters::describe(config::Section &s) {
 
 void ParticipantParameters::describe(config::Section &s) {
   s.text("program", program, "executable, beside the coupler or on the PATH");
+  s.text("command", command, "in place of 'program': any program with its words, e.g. python3 my_ep.py --fast");
+  if (!command.empty())
+    program.clear();
   s.integer("ranks", ranks, {1, 100000}, "MPI processes");
-  config::Section &block = s.section("settings", "free keys, for programs from elsewhere");
+  config::Section &block = s.section("settings", "free keys of this participant; quantities carry units");
   for (const auto &key : block.free_keys())
     settings[key];
   for (auto &[key, value] : settings)
@@ -183,6 +175,9 @@ void SceneParameters::describe(config::Section &s) {
   geometry.describe(s.section("geometry", "shape and meshes"));
   config::Section &directions = s.section("fibres", "fibre directions in the wall");
   fibres.describe(directions);
+  fibres.ventricle = geometry.ventricle;
+  if (fibres.rule == "ellipsoid" && geometry.shape != "ideal_left_ventricle")
+    directions.fail("rule", "ellipsoid is for 'shape: ideal_left_ventricle'");
   config::Section &time_block = s.section("time", "beats and time steps");
   time.describe(time_block);
   coupling.describe(s.section("coupling", "how the participants take turns"));
@@ -200,8 +195,8 @@ void SceneParameters::describe(config::Section &s) {
   for (auto &[participant, parameters] : participants) {
     check_name(who, participant, participant, "a participant");
     parameters.describe(who.section(participant, ""));
-    if (parameters.program.empty())
-      who.fail(participant, "has no 'program'");
+    if (parameters.program.empty() && parameters.command.empty())
+      who.fail(participant, "has neither 'program' nor 'command'");
   }
 
   ep.describe(s.section("electrophysiology", "electrical activity"));
@@ -222,22 +217,29 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &dire
   const auto in_fluid = geometry::fluid_labels(geometry);
   const bool has_blood = has("fluid") || has("fsi");
   if (in_fluid.empty() && (has("ale") || has_blood))
-    s.fail("geometry", "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
+    s.fail("geometry", geometry.shape == "file"
+                           ? "the mesh file has no fluid; `tools/mesh import SOLID FLUID` puts both in"
+                           : "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
+  const auto known = geometry::solid_labels(geometry);
+  const auto computes = [&](const std::string &name) { return has(name) && participants.at(name).program != "replay"; };
+  if (known.empty() && (has("ep") || computes("mech") || has("fsi")))
+    s.fail("geometry", "the mesh file has no solid; `tools/mesh import SOLID FLUID` puts both in");
   if (fibres.rule == "apicobasal")
-    check_labels(directions, "rings", fibres.rings, geometry::solid_labels(geometry));
-  if (fibres.rule != "constant")
-    check_labels(directions, "outflow", fibres.outflow.rings, geometry::solid_labels(geometry));
-  if (has("mech") || has("fsi")) {
-    const auto known = geometry::solid_labels(geometry);
+    check_labels(directions, "rings", fibres.rings, known);
+  if (fibres.rule != "constant" && fibres.rule != "file")
+    check_labels(directions, "outflow", fibres.outflow.rings, known);
+  if (computes("mech") || has("fsi")) {
     check_labels(wall, "fixed", mech.fixed, known);
     check_labels(wall, "rollers", mech.rollers, known);
     check_labels(wall, "pericardium", mech.pericardium.labels, known);
-    if (!mech.end_pressure.label.empty())
-      check_labels(wall, "end_pressure", {mech.end_pressure.label}, known);
-    if (!mech.passive_regions.empty())
-      wall.fail("passive_regions", "the meshes of 'geometry.shape' have no regions");
+    for (const auto &[name, load] : mech.loads)
+      check_labels(wall, "loads", {load.label}, known);
+    std::vector<std::string> regions;
+    for (const auto &[name, region] : mech.regions)
+      regions.push_back(name);
+    check_regions(wall, "regions", regions, geometry::solid_regions(geometry));
   }
-  if (has("ale")) {
+  if (computes("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);
     check_labels(lifting, "slip", ale.slip, in_fluid);
   }
@@ -250,7 +252,9 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &dire
 }
 
 void SceneParameters::check_consistency(config::Section &s) const {
-  if (time.until_periodic > 0 && !has("fluid") && !has("fsi"))
+  if (fibres.rule == "file" && !geometry::brings_fibres(geometry))
+    s.fail("fibres", "'rule: file' needs a mesh file with fibres: `tools/mesh import --fibres FILE` puts them in");
+  if (time.until_periodic > 0 && !has("fluid") && !has("fsi") && !has("circulation"))
     s.fail("time",
            "'until_periodic' compares volumes and pressures of the blood; neither 'fluid' nor 'fsi' takes part");
   if (output.every > 0 && !is_multiple(output.every, time.step))
@@ -259,8 +263,8 @@ void SceneParameters::check_consistency(config::Section &s) const {
   if (const double every = output.checkpoint.every; every > 0 && every < time.step)
     s.fail("output", "'checkpoint.every' (" + config::shortest(every) + " s) is less than 'time.step' (" +
                          config::shortest(time.step) + " s); 0 s: only at the end");
-  if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
-    s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
+  if (!mech.inertia && has("mech") && has("fluid") && coupling.scheme != "one_way")
+    s.fail("mechanics", "'inertia: false' is for a wall without blood, or with blood that only follows (scheme one_way)");
   if (has("ep") && ep.degree == 2 && geometry.cells != "tetrahedra")
     s.fail("electrophysiology", "'degree: 2' needs 'geometry: {cells: tetrahedra}'; hexahedra may be refined instead");
   if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
@@ -269,7 +273,7 @@ void SceneParameters::check_consistency(config::Section &s) const {
     s.fail("participants", "'fsi' needs 'ale', which moves the fluid's mesh");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
-  if ((has("fsi") || (has("mech") && has("fluid"))) && mech.initial_pressure != fluid.initial_pressure)
+  if ((has("fsi") || (has("mech") && has("fluid") && coupling.scheme != "one_way")) && mech.initial_pressure != fluid.initial_pressure)
     s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
     s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");
@@ -283,16 +287,7 @@ namespace {
 
 SceneParameters loaded(const std::string &file_name, const std::vector<std::string> &settings) {
   config::Node root = config::load_yaml(file_name);
-  SceneParameters scene = read(root);
-  if (settings.empty())
-    return scene;
-  const auto paths = config::key_paths(describe(scene));
-  for (const auto &setting : settings) {
-    const std::size_t sign = setting.find('=');
-    if (sign == std::string::npos || sign == 0)
-      throw Failure(ExitCode::scene, "--set " + setting + ": write key=value");
-    config::set_value(root, full_path(setting.substr(0, sign), paths), setting.substr(sign + 1), "--set " + setting);
-  }
+  lay_over(root, settings, read);
   return read(root);
 }
 

@@ -55,10 +55,11 @@ Nodes activation() { return {solve("ep"), transfer("calcium", "ep", "mech"), pre
 /// the wall probes with one force after the other how it moves itself and how the blood yields, until it knows the most
 /// compliant motion (mech_solver/interface_impedance.h).
 Nodes limit(bool is_followed) {
-  const Nodes one_force{transfer("probe_force", "mech", "fluid"), order("fluid", "probe"),
-                        transfer("probe_velocity", "fluid", "mech"), order("mech", "probe")};
+  const Nodes one_force{optional(transfer("probe_force", "mech", "fluid")), order("fluid", "probe"),
+                        optional(transfer("probe_velocity", "fluid", "mech")), order("mech", "probe")};
   const Nodes estimate{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")};
-  return {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), transfer("alpha_limit", "mech", "fluid")};
+  const Node known = transfer("alpha_limit", "mech", "fluid");
+  return {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), is_followed ? known : optional(known)};
 }
 
 /// Once fluid and wall: the fluid with a Robin condition made of the wall's last velocity and force, the wall with the
@@ -128,11 +129,44 @@ Nodes E1FSinf() {
   };
 }
 
-/// Contraction without blood: calcium makes the wall contract.
-Nodes electromechanics() {
-  return {
-      solve("ep"), transfer("calcium", "ep", "mech"), solve("mech"), commit("ep"), commit("mech"),
-  };
+/// Each physics alone, or after those it follows: nothing acts back. Calcium makes the wall contract, the wall's motion
+/// moves the fluid's mesh, the blood moves with it.
+Nodes one_way_start() {
+  return {order("mech", "inflate"), optional(transfer("displacement", "mech", "ale")), solve("ale"),
+          optional(transfer("mesh_motion", "ale", "fluid")), order("fluid", "start")};
+}
+Nodes one_way() {
+  return Nodes{solve("ep"),
+               optional(transfer("calcium", "ep", "mech")),
+               solve("mech"),
+               optional(transfer("displacement", "mech", "ale")),
+               solve("ale"),
+               optional(transfer("mesh_motion", "ale", "fluid")),
+               solve("fluid")} +
+         commit();
+}
+
+/// Blood of one pressure: the wall is solved under a guess of it; the circulation finds the pressure with the wall's
+/// answer to a unit pressure, and the wall follows. Nothing is iterated and no volume lost.
+Nodes circulation_start() {
+  return {order("mech", "inflate"), transfer("cavity_volume", "mech", "circulation"), order("circulation", "start"),
+          transfer("cavity_pressure", "circulation", "mech")};
+}
+Nodes circulation() {
+  return {solve("ep"),
+          transfer("calcium", "ep", "mech"),
+          solve("mech"),
+          transfer("cavity_volume", "mech", "circulation"),
+          transfer("cavity_compliance", "mech", "circulation"),
+          transfer("cavity_pressure_guess", "mech", "circulation"),
+          solve("circulation"),
+          transfer("cavity_pressure", "circulation", "mech"),
+          order("mech", "press"),
+          transfer("cavity_volume", "mech", "circulation"),
+          order("circulation", "budget"),
+          commit("ep"),
+          commit("mech"),
+          commit("circulation")};
 }
 
 Nodes interaction(const CouplingParameters &coupling) {
@@ -154,8 +188,10 @@ Sequence make_sequence(const CouplingParameters &coupling) {
   };
   if (coupling.scheme == "E1FSinf")
     return {coupling.scheme, merged_start(), E1FSinf() + ep_after("fsi", 1)};
-  if (coupling.scheme == "electromechanics")
-    return {coupling.scheme, {order("mech", "inflate")}, electromechanics() + ep_after("mech", 1)};
+  if (coupling.scheme == "one_way")
+    return {coupling.scheme, one_way_start(), one_way() + ep_after("mech", 1), constants()};
+  if (coupling.scheme == "circulation")
+    return {coupling.scheme, circulation_start(), circulation() + ep_after("mech", 1)};
   // Lifting and the fluid's assembly need neither calcium nor tension. They go first: beside electrophysiology on cores
   // of their own; on shared ones lifting begins while the fluid still commits the step before.
   const Nodes before = geometry() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + ep_after("fluid");

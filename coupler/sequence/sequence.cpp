@@ -15,6 +15,20 @@ const bus::ParticipantInfo *find(const std::vector<bus::ParticipantInfo> &partic
   return nullptr;
 }
 
+bool knows(const bus::ParticipantInfo &participant, const std::string &field, bool output) {
+  return std::any_of(participant.fields.begin(), participant.fields.end(),
+                     [&](const auto &f) { return f.name == field && f.output == output; });
+}
+
+bool is_known_to_both(const Node &transfer, const std::vector<bus::ParticipantInfo> &participants) {
+  return knows(*find(participants, transfer.participant), transfer.field, true) &&
+         knows(*find(participants, transfer.receiver), transfer.field, false);
+}
+
+bool are_there(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
+  return find(participants, node.participant) && (node.receiver.empty() || find(participants, node.receiver));
+}
+
 bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
   const bool has_body =
       node.kind == Node::Kind::repeat || node.kind == Node::Kind::until || node.kind == Node::Kind::every;
@@ -22,23 +36,39 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
     return false;
   if (node.kind == Node::Kind::repeat)
     return true;
-  const auto *participant = find(participants, node.participant);
-  if (!participant || (!node.receiver.empty() && !find(participants, node.receiver)))
+  if (!are_there(node, participants))
     return false;
-  if (node.optional && !(participant->field(node.field) && find(participants, node.receiver)->field(node.field)))
-    return false;
-  const auto &tasks = participant->tasks;
+  if (node.kind == Node::Kind::transfer)
+    return is_known_to_both(node, participants);
+  const auto &tasks = find(participants, node.participant)->tasks;
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
 }
 
 Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
   Nodes kept;
   for (Node node : nodes) {
+    const std::size_t n_actions = written_out(node.body).size();
     node.body = cast(node.body, participants);
+    if (node.kind == Node::Kind::every && written_out(node.body).size() < n_actions)
+      continue;
     if (applies(node, participants))
       kept.push_back(node);
   }
   return kept;
+}
+
+/// "blood_force from fluid to mech (mech does not take it)": what the scheme needs and nobody will send.
+std::set<std::string> missing_in(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
+  std::set<std::string> missing;
+  for (const auto &[node, iteration] : written_out(nodes))
+    if (node.kind == Node::Kind::transfer && !node.optional && are_there(node, participants) &&
+        !is_known_to_both(node, participants)) {
+      const bool is_sent = knows(*find(participants, node.participant), node.field, true);
+      missing.insert(
+          "'" + node.field + "' from " + node.participant + " to " + node.receiver + " (" +
+          (is_sent ? node.receiver + " declares no such input" : node.participant + " declares no such output") + ")");
+    }
+  return missing;
 }
 
 void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions) {
@@ -94,6 +124,13 @@ std::string to_text(const Nodes &nodes) {
 } // namespace
 
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+  std::set<std::string> missing = missing_in(sequence.start, participants);
+  missing.merge(missing_in(sequence.step, participants));
+  std::string list;
+  for (const std::string &field : missing)
+    list += (list.empty() ? "" : ", ") + field;
+  if (!missing.empty())
+    throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + list);
   return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants),
           cast(sequence.constants, participants)};
 }

@@ -26,7 +26,8 @@ struct Node {
   std::vector<Node> body; ///< of Kind::repeat, Kind::until and Kind::every
   double limit = 0;       ///< of Kind::until
   bool required = false;  ///< of Kind::until: the run fails when the limit is not reached
-  bool optional = false;  ///< of Kind::transfer: left out when the one does not offer it or the other does not want it
+  bool optional = false;  ///< of Kind::transfer: left out when the one does not offer it or the other does not want it;
+                          ///< without others a scheme makes no sense
 };
 using Nodes = std::vector<Node>;
 
@@ -41,7 +42,8 @@ struct Sequence {
 Sequence make_sequence(const CouplingParameters &coupling);
 
 /// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers that
-/// one of the two does not know.
+/// one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers that one of
+/// the two does not know.
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 /// A node of the sequence with repetitions written out, those without a fixed number once.

@@ -67,7 +67,7 @@ bus::Report ask(bus::Coordinator &bus, const std::string &name) {
 } // namespace
 
 int main(int argc, char **argv) {
-  bus::Coordinator bus(argc, argv);
+  bus::Coordinator bus;
   return bus.run([&] {
     const int n_steps = std::atoi(argv[1]);
     const double dt = std::atof(argv[2]), deadline = std::atof(argv[3]);
@@ -77,9 +77,9 @@ int main(int argc, char **argv) {
       throw Failure(ExitCode::scene, "the scene is wrong");
 
     const bool replay = mischief == "replay";
-    bus.handshake({{"a", {replay ? "replay" : "coupling_dummy"}}, {"b", {"coupling_dummy"}}},
-                  "# " + mischief + " " + who + "\nparticipants: {a: {settings: {file: " + file + "}}}", "/tmp",
-                  deadline);
+    using Expected = bus::Coordinator::Expected;
+    const Expected player = replay ? Expected{"replay", 0, {{"file", file}}} : Expected{"coupling_dummy"};
+    bus.handshake({{"a", player}, {"b", {"coupling_dummy"}}}, "# " + mischief + " " + who, "/tmp", deadline);
     const int route = bus.connect("a", "b", mischief == "unknown_field" ? "sound" : "signal");
     const Listener listener(bus, route, mischief == "record" ? file : "");
     const double cpu_before = ask(bus, "b").cpu_seconds;

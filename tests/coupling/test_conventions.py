@@ -15,7 +15,7 @@ def with_pattern(files, pattern):
     return [str(file.relative_to(SOURCE)) for file in files if re.search(pattern, file.read_text(encoding="utf-8"))]
 
 
-ALL = ["common", "coupler", "replay", *(folder.name for folder in SOURCE.glob("*_solver"))]
+ALL = ["api", "common", "coupler", "replay", "stand_in", *(folder.name for folder in SOURCE.glob("*_solver"))]
 
 
 class Conventions(unittest.TestCase):
@@ -25,12 +25,19 @@ class Conventions(unittest.TestCase):
 
     def test_bus_coupler_and_schema_know_no_deal_ii(self):
         files = sources("common/bus", "common/mapping", "common/config", "common/schema", "common/io", "common/geometry",
-                        "coupler", "replay", "ep_solver/ionic", "mech_solver/constitutive", "mech_solver/active")
+                        "api", "coupler", "replay", "stand_in", "ep_solver/ionic", "mech_solver/constitutive", "mech_solver/active")
         self.assertEqual(with_pattern(files, r"#include <deal\.II"), [])
+
+    def test_the_library_leaves_the_process_of_others_alone(self):
+        of_our_programs = {"common/bus/" + name + ".cpp" for name in ("process", "placement", "participant", "coordinator")}
+        forbidden = r"\b(_?exit|quick_exit|signal|sigaction|setenv|putenv|prctl|sched_setaffinity|setitimer|atexit)\s*\("
+        users = with_pattern(sources("api", "common/bus", "common/mapping"), forbidden)
+        self.assertEqual(sorted(set(users) - of_our_programs), [])
 
     def test_headers_are_included_once(self):
         headers = [file for file in sources(*ALL) if file.suffix == ".h"]
-        self.assertEqual(sorted(str(f.relative_to(SOURCE)) for f in headers if "#pragma once" not in f.read_text()), [])
+        once = re.compile(r"#pragma once|#ifndef HEARTBUS_H\n#define HEARTBUS_H\n")  # the latter is C
+        self.assertEqual(sorted(str(f.relative_to(SOURCE)) for f in headers if not once.search(f.read_text())), [])
 
 
 if __name__ == "__main__":

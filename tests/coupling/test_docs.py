@@ -69,6 +69,16 @@ def check_study(options, examples):
         raise AssertionError(f"no such runs: {unknown}")
 
 
+def check_heartbus(words, examples):
+    """By the program behind the command."""
+    known = runpy.run_path(str(SOURCE / "tools/heartbus"), run_name="read")
+    if words[0] == "example":
+        return [known["shipped"]()[name] for name in words[1:] if not name.startswith("-")]
+    behind = {"run": "./run", "check": "build/release/bin/coupler", "study": "tools/study.py", "report": "tools/report.py",
+              "pictures": "tools/pictures.py", "trace": "tools/gaps", "cost": "tools/cost", "mesh": "tools/mesh"}
+    return check_command([behind[words[0]], *words[1:]], examples)
+
+
 def check_command(words, examples):
     """Raises where a command would be refused."""
     script, rest = words[0], words[1:]
@@ -84,6 +94,8 @@ def check_command(words, examples):
     if script.startswith("build/release/bin/"):
         return check_scene(rest) if script.endswith("/coupler") else None
     (SOURCE / script).resolve(strict=True)
+    if script == "tools/heartbus":
+        return check_heartbus(rest, examples)
     if script == "./run":
         return check_scene(arguments("tools/launch.py", rest)[1])
     first = (SOURCE / script).read_text().split("\n")[0]

@@ -26,7 +26,7 @@ PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 STUDY = f"""
 about: Losses of the piston
 base: {PISTON}
-settings: {{time.end: 20 ms, end_pressure.ramp: 10 ms, checkpoint.every: 4 ms, keep: 9}}
+settings: {{time.end: 20 ms, push.pressure.times: "[0 ms, 10 ms]", checkpoint.every: 4 ms, keep: 9}}
 vary:
   scheme:
     EFS1: {{scheme: EFS1}}
@@ -43,7 +43,7 @@ figures:
 UNSTABLE = "  unstable: {alpha: 60000 kg/(m^2 s), from: {run: EFS1_a5000, time: 8 ms}}\n"
 BORDER = f"""
 base: {PISTON}
-settings: {{end_pressure.ramp: 0.2 ms, end_pressure.final: 0.01 Pa, steps: 200}}
+settings: {{push.pressure.times: "[0 ms, 0.2 ms]", push.pressure.values: "[0 Pa, 0.01 Pa]", steps: 200}}
 vary:
   scheme: {{EFS1: {{scheme: EFS1}}}}
 border: {{key: alpha, unit: kg/(m^2 s), values: [22000, 28000], precision: 0.03, column: volume_defect, closed_form: piston}}
@@ -89,6 +89,14 @@ class Studies(unittest.TestCase):
         self.assertIn("0 to be computed", launch.output)
         self.assertEqual(finished, self.finished())
         self.assertEqual(table, self.table())
+
+        launch = self.study("pareto")  # of the errors that there are: nothing is ejected
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertTrue((self.folder / "out/losses/pareto_p.pdf").exists())
+        self.assertFalse((self.folder / "out/losses/pareto_EF.png").exists())
+        launch = self.study("advise", "--tolerance", "EF=2%")
+        self.assertEqual(launch.code, 2, launch.output)
+        self.assertRegex(launch.output, "no finished run has error_EF; known are .*p")
 
         self.write(STUDY + "pareto: {errors: [error_p], floor: {step: {run: E1FS2_a5000, order: 1, ratio: 3}}}\n")
         floor = float(table["E1FS2_a5000"]["error_p"]) / 2  # the reference's own error, if it is thrice as fine
@@ -175,7 +183,7 @@ class Studies(unittest.TestCase):
 
     def test_the_budget_of_the_piston_finds_what_contributes_what(self):
         command = ["/usr/bin/python3", SOURCE / "tools/study.py", "budget", PISTON, "--out", "out", "--of", "V", "p",
-                   "--set", "time.end=8 ms", "--set", "end_pressure.ramp=4 ms"]
+                   "--set", "time.end=8 ms", "--set", "push.pressure.times=[0 ms, 4 ms]"]
         launch = Launch(command, self.folder)
         self.assertEqual(launch.code, 0, launch.output)
         with open(self.folder / "out/budget_efs1/budget.csv", newline="") as file:
@@ -228,6 +236,8 @@ class Choice(unittest.TestCase):
         for words, name in ((["EF=2%"], "fair"), (["EF=2%", "p_max=3"], "good"), (["EF=10%"], "cheap")):
             self.assertEqual(cheapest(self.ROWS, limits(words))["run"], name)
         self.assertIsNone(cheapest(self.ROWS, limits(["EF=0.1%"])))
+        self.assertEqual(cheapest([*self.ROWS, {"run": "as cheap", "cost_s": 2.05, "error_EF": 0.5}], limits(["EF=2%"]))["run"],
+                         "as cheap", "noise must not decide")
         with self.assertRaises(StudyError):
             limits(["EF 2%"])
 
@@ -270,6 +280,19 @@ class Results(unittest.TestCase):
         self.assertEqual(measures.common(spans), (0, spans[0][1]))
         self.assertAlmostEqual(spans[0][1], 85e-3)
 
+    def test_a_run_belongs_to_the_content_of_its_mesh(self):
+        (self.folder / "mesh.yaml").write_text("base: scene.yaml\nalso: {one: {}, other: {mesh: other.h5}}\n")
+        (self.folder / "scene.yaml").write_text("geometry: {shape: file, mesh: one.h5}\n")
+
+        def fingerprints(one, other):
+            for name, text in (("one.h5", one), ("other.h5", other)):
+                (self.folder / name).write_text(text)
+            study = Study(self.folder / "mesh.yaml", defaults())
+            return [study.repetitions(run)[0].fingerprint for run in study.runs]
+        same = fingerprints("a mesh", "a mesh")
+        self.assertEqual(same[0], same[1])
+        self.assertNotIn(same[0], fingerprints("another", "a third"))
+
     def test_repetitions_are_runs_of_their_own_and_their_median_counts(self):
         (self.folder / "three.yaml").write_text(f"base: {PISTON}\nalso: {{once: {{}}, thrice: {{repeat: 3}}}}\n")
         study = Study(self.folder / "three.yaml", defaults())
@@ -284,9 +307,10 @@ class Results(unittest.TestCase):
             def of(_, case):
                 folder = self.folder / case.fingerprint
                 folder.mkdir(exist_ok=True)
-                (folder / "indicators.json").write_text(json.dumps({"cpu_s": [5., 4., 9.][case.repetition]}))
+                (folder / "indicators.json").write_text(json.dumps({"cpu_s": [5., 4., 9.][case.repetition],
+                                                                   "start_cpu_s_by_part": {"mech": 1.5, "fluid": 0.5}}))
                 return folder
-        self.assertEqual(table.costs(Known(), thrice), {"cost_s": 5, "repetitions": 3, "cost_min_s": 4, "cost_max_s": 9})
+        self.assertEqual(table.costs(Known(), thrice), {"cost_s": 5, "start_s": 2, "repetitions": 3, "cost_min_s": 4, "cost_max_s": 9})
 
 
 class Border(unittest.TestCase):

@@ -277,6 +277,22 @@ TEST(Fibres, OfTheConstantRuleFollowTheGivenDirection) {
   });
 }
 
+TEST(Fibres, OfTheRuleFileAreThoseOfTheMesh) {
+  geometry::Mesh mesh = flat_wall();
+  geometry::FibreParameters parameters;
+  parameters.rule = "file";
+  EXPECT_THROW(fem::Fibres(fem::LagrangeSpace(MPI_COMM_WORLD, mesh), parameters), Failure);
+  mesh.fibres.assign(mesh.n_cells(), {Point3{0, 0.6, 0.8}, Point3{1, 0, 0}});
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1);
+  const fem::Fibres fibres(space, parameters);
+  for_each_owned_point(space, [&](unsigned slot, unsigned q) {
+    EXPECT_NEAR(column(fibres, slot, q, 0)[2], 0.8, 1e-14);
+    EXPECT_NEAR(column(fibres, slot, q, 1)[0], 1, 1e-14);
+    EXPECT_NEAR(column(fibres, slot, q, 2)[1], 0.8, 1e-14);
+    EXPECT_EQ(fibres.dispersion(slot / n_lanes)[q][slot % n_lanes], 0);
+  });
+}
+
 TEST(Fibres, OfTheTransmuralRuleNeedAnEpicardium) {
   geometry::Parameters slab;
   slab.shape = "slab";

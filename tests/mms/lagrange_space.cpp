@@ -4,6 +4,7 @@
 #include "common/fem/constraints.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/nodal_matrix.h"
+#include "common/fem/on_root.h"
 #include "common/fem/rounded_matrix.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
@@ -120,6 +121,39 @@ TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
     const auto on = space.nodes_on("y_high");
     for (unsigned node = 0; node < space.n_local_nodes(); ++node)
       EXPECT_EQ(bool(on[node]), space.points()[node][1] > 1 - 1e-12);
+  }
+}
+
+TEST(LagrangeSpace, WhatAMeshSaysOfItsCellsReachesThemFromTheFirstRank) {
+  const auto region = [](const geometry::Point3 &x) { return unsigned(x[0]) + 4 * unsigned(x[1]) + 12 * unsigned(x[2]); };
+  const auto make = [&] {
+    geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {4, 3, 2}, {4, 3, 2});
+    mesh.material_names.assign(24, "");
+    for (unsigned cell = 0; cell < mesh.n_cells(); ++cell) {
+      mesh.materials[cell] = region(mesh.points[mesh.cells[8 * cell]]);
+      mesh.fibres.push_back({geometry::Point3{std::cos(cell), std::sin(cell), 0}, geometry::Point3{0, 0, 1}});
+    }
+    return mesh;
+  };
+  const geometry::Mesh mesh = fem::mesh_on_root(MPI_COMM_WORLD, make);
+  EXPECT_EQ(mesh.points.empty(), dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) != 0);
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, 1);
+  EXPECT_EQ(space.material_names().size(), 24u);
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
+    const unsigned here = region(space.quadrature_point(slot, 0));
+    EXPECT_EQ(space.material(slot), here);
+    EXPECT_EQ(space.fibre(slot)->at(0)[1], std::sin(here)); // cells of a box are numbered as the regions are
+  }
+}
+
+TEST(LagrangeSpace, WhatTheFirstRankRefusesEndsAll) {
+  const auto refuse = []() -> geometry::Mesh { throw Failure(ExitCode::file, "damaged"); };
+  try {
+    fem::mesh_on_root(MPI_COMM_WORLD, refuse);
+    FAIL();
+  } catch (const Failure &failure) {
+    EXPECT_EQ(failure.code(), ExitCode::file);
+    EXPECT_STREQ(failure.what(), "damaged");
   }
 }
 

@@ -18,6 +18,7 @@ struct LonelyBus : bus::Declaration {
   void point_set(const std::string &name, const std::vector<double> &coordinates, double) override {
     points[name] = coordinates;
   }
+  void faces(const std::string &, unsigned, const std::vector<double> &) override {}
   void output(const std::string &name, const std::string &, unsigned, const std::string &, const std::string &,
               const std::vector<double> &values) override {
     outputs[name] = &values;

@@ -1,6 +1,7 @@
 """What mpirun itself writes between lines of dashes: the causes are taken from it, the rest is passed on."""
 import re
-import sys
+
+from .terminal import show
 
 LINE = re.compile(r"-{50,}\s*$")
 KILLED = re.compile(r"process rank (\d+) with PID \d+ on node (\S+) exited on\s+signal (\d+)")
@@ -57,11 +58,3 @@ class Messages:
             self.no_daemon = text
         elif not NOISE.search(text):
             show(f"mpirun: {text}" if text.strip() else "")
-
-
-def show(text):
-    try:
-        sys.stderr.write(text)
-        sys.stderr.flush()
-    except OSError:  # the terminal has gone
-        pass

@@ -12,6 +12,7 @@ from pathlib import Path
 from .leftovers import is_alive
 from .messages import Messages, show
 from .processes import Ranks
+from .terminal import TERMINAL
 
 PAUSE = 0.25       # [s] between looks
 TIME_TO_JOIN = 10  # [s] at most for a program to be there, of those that mpirun has started on this machine
@@ -81,23 +82,29 @@ class Watch:
                 signal.signal(number, handler)
 
     def _run(self):
+        live = {"HEARTBUS_LIVE": "1"} if TERMINAL.is_live else {}
         self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                                         errors="replace", start_new_session=True, preexec_fn=with_launcher_only,
-                                        env={**self.environment, "HEARTBUS_PULSE": str(self.pulse.file)})
+                                        stdout=subprocess.PIPE if live else None,
+                                        env={**self.environment, **live, "HEARTBUS_PULSE": str(self.pulse.file)})
         if self.n_requests:  # came meanwhile
             self.at_once = True
             self.end()
         self.begin = time.monotonic()
         self.ranks = Ranks(self.process.pid)
-        reader = threading.Thread(target=self.messages.read, args=[self.process.stderr], daemon=True)
-        reader.start()
+        readers = [threading.Thread(target=self.messages.read, args=[self.process.stderr], daemon=True)]
+        if live:
+            readers.append(threading.Thread(target=TERMINAL.read, args=[self.process.stdout], daemon=True))
+        for reader in readers:
+            reader.start()
         while self.process.poll() is None:
             self.look()
             try:
                 self.process.wait(PAUSE)
             except subprocess.TimeoutExpired:
                 pass
-        reader.join(TIME_TO_END)
+        for reader in readers:
+            reader.join(TIME_TO_END)
         return self.explain(self.process.returncode)
 
     def request(self, number=0, _frame=None):
@@ -172,7 +179,7 @@ class Watch:
         if missing and not self.spans_nodes():
             program = self.plan.member(missing[0])[0]
             names = ", ".join(self.plan.who(rank) for rank in missing[:5]) + (", ..." if len(missing) > 5 else "")
-            self.end_because(3, f"{names} ended without joining the others: is {program.words[0]} a participant?")
+            self.end_because(3, f"{names} ended without joining the others: is {program.shown} a participant?")
 
     def spans_nodes(self):
         return "--host" in self.command

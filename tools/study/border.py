@@ -22,17 +22,18 @@ import sys
 
 import numpy as np
 
+from reporting import style
 from results import History
 
 from . import closed_forms
-from .figures import log_axis, plt
+from .figures import log_axis, plt, save
 from .growth import digits, growth
 from .launch import CONVERGENCE, NOT_FINITE
 from .scene import StudyError
 
 COLUMNS = ["disagreement", "volume_defect"]  # what tells an instability, the better first
 DIRICHLET = 1e8  # kg/(m^2 s): from here on a Robin condition is a Dirichlet condition
-COLOURS = {"stable": "#2a9d4e", "growing": "#f0a020", "failed": "#d03030", "undecided": "#888888"}
+COLOURS = {"stable": style.PALETTE[2], "growing": style.PALETTE[4], "failed": style.PALETTE[1], "undecided": style.PALETTE[7]}
 
 
 class Search:
@@ -219,17 +220,14 @@ def draw(study, searches, path):
     for axis in axes[-1]:
         axis.set_xlabel(study.border.get("x_label", study.border.get("x", "")))
     for axis in axes[:, 0]:
-        axis.set_ylabel(f"{study.border['key']} [{study.border.get('unit', '')}]")
+        axis.set_ylabel(f"{study.border['key']} [{style.pretty(study.border.get('unit', ''))}]")
     for unused in axes.ravel()[len(groups):]:
         unused.set_visible(False)
     handles = dict(zip(*reversed([sum(entries, []) for entries in zip(*(a.get_legend_handles_labels()
                                                                         for a in axes.ravel()))])))
-    drawing.legend(handles.values(), handles.keys(), fontsize=8, loc="lower center", ncols=len(handles))
-    drawing.suptitle(study.about, fontsize=12)
-    drawing.tight_layout(rect=(0, 0.06, 1, 1))
-    drawing.savefig(path)
-    plt.close(drawing)
-    print(path)
+    drawing.legend(handles.values(), handles.keys(), fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 0.0),
+                   ncols=3)
+    save(drawing, path, study.about)
 
 
 def draw_map(axis, study, searches, top):

@@ -3,8 +3,17 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
-from .scene import quantity
+from .scene import lay_over, mesh_file, quantity
+
+
+def content(file):
+    """Tells a mesh from another, whatever its file is called; its name, where there is no such file."""
+    try:
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:
+        return file
 
 
 @dataclass
@@ -28,6 +37,8 @@ class Case:
     def fingerprint(self):
         """Equal for equal runs of all studies, whatever their names."""
         scene = self.identity or {key: value for key, value in self.tree.items() if key != "scene"}
+        if mesh_file(scene):
+            scene = lay_over(scene, {"geometry": {"mesh": content(mesh_file(scene))}})
         what = [scene, self.steps, self.records, self.calcium and self.calcium.fingerprint]
         if self.start:
             what += [self.start.case.fingerprint, self.start.when]

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-import report  # sets the style, too
-from report import plt
-from results import ML, MMHG
+from reporting import charts, style
+from reporting.style import plt
+from results import ML, MMHG, Run
 
 from .launch import ROOT
 from .measures import NORM_UNITS, UNITS, order
@@ -30,8 +30,8 @@ def label(key):
     """A measure with its unit."""
     part, _, name = key.partition("_")
     if part in ("contraction", "ejection") and name in NORMS:
-        return f"{NORMS[name]} in {part} [{NORM_UNITS[name]}]"
-    return NAMES.get(key, key.replace("_", " ")) + (f" [{UNITS[key]}]" if key in UNITS else "")
+        return f"{NORMS[name]} in {part} [{style.pretty(NORM_UNITS[name])}]"
+    return NAMES.get(key, key.replace("_", " ")) + (f" [{style.pretty(UNITS[key])}]" if key in UNITS else "")
 
 
 def draw_all(study, store, rows, folder):
@@ -45,9 +45,9 @@ def draw_all(study, store, rows, folder):
 
 
 def save(drawing, path, title):
-    drawing.suptitle(title, fontsize=12)
+    drawing.suptitle(title, fontsize=11)
     drawing.tight_layout()
-    drawing.savefig(path)
+    style.save(drawing, path.with_suffix(""))
     plt.close(drawing)
     print(path)
 
@@ -69,11 +69,11 @@ def against(study, _, figure, runs, done, path):
         groups.setdefault(run.parts.get(figure.get("by"), ""), []).append(run)
     for axis, measure in zip(axes, figure["y"]):
         lines = [run for run in runs if x[run.name] is None and measure in done[run.name]]
-        for i, (group, members) in enumerate(groups.items()):
+        for i, ((group, members), shade) in enumerate(zip(groups.items(), style.colours(list(groups)))):
             points = sorted(((x[run.name], done[run.name][measure], run) for run in members
                              if x[run.name] is not None and measure in done[run.name]), key=lambda point: point[0])
             if points:
-                draw_group(axis, figure, measure, group, i, points, study.paper)
+                draw_group(axis, figure, measure, group, (MARKERS[i % len(MARKERS)], shade), points, study.paper)
         for run in lines:
             draw_level(axis, run.name, done[run.name][measure], study.paper.get(run.name, {}).get(measure))
         axis.set_xlabel(figure.get("x_label", label(figure["x"])))
@@ -89,11 +89,13 @@ def against(study, _, figure, runs, done, path):
 def log_axis(axis, values):
     """A logarithmic abscissa marked at the values there are."""
     axis.set_xscale("log")
-    axis.set_xticks(values, [f"{value:.4g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
+    axis.set_xticks(values, [f"{value:.6g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
     axis.minorticks_off()
 
 
-def draw_group(axis, figure, measure, group, i, points, paper):
+def draw_group(axis, figure, measure, group, look, points, paper):
+    """`look`: marker and colour."""
+    marker, shade = look
     x, y = np.array([point[0] for point in points]), np.array([point[1] for point in points])
     name = group
     if figure.get("fit") and len(x) > 1 and min(y) > 0:
@@ -101,12 +103,12 @@ def draw_group(axis, figure, measure, group, i, points, paper):
         spread = f" ± {deviation:.2f}" if np.isfinite(deviation) else ""
         name = f"{group} slope {slope:.2f}{spread}"
         shift = np.mean(np.log(y) - slope * np.log(x))
-        axis.plot(x, np.exp(shift) * x**slope, "--", lw=1, color=f"C{i}")
-    axis.plot(x, y, MARKERS[i] + ("" if figure.get("fit") else "-"), color=f"C{i}", label=name, ms=5)
+        axis.plot(x, np.exp(shift) * x**slope, "--", lw=1, color=shade)
+    axis.plot(x, y, marker + ("" if figure.get("fit") else "-"), color=shade, label=name, ms=5)
     known = [(at, paper[run.name][measure]) for at, _, run in points
              if measure in paper.get(run.name, {})]
     if known:
-        axis.plot(*zip(*known), MARKERS[i], color=f"C{i}", mfc="none", ms=9, label=f"{group} paper")
+        axis.plot(*zip(*known), marker, color=shade, mfc="none", ms=9, label=f"{group} paper")
 
 
 def draw_level(axis, name, value, published):
@@ -117,15 +119,15 @@ def draw_level(axis, name, value, published):
 
 def curves(study, store, figure, runs, _, path):
     """Columns of history.csv in time, phases of the first run behind."""
-    drawing, axes = report.stacked(len(figure["columns"]))
-    loaded = [(run.name, report.Run(store.of(study.case(run)))) for run in runs]
-    report.shade_phases(axes, loaded[0][1])
+    drawing, axes = charts.stacked(len(figure["columns"]))
+    loaded = [(run.name, Run(store.of(study.case(run)))) for run in runs]
+    charts.shade_phases(axes, loaded[0][1])
     for axis, column in zip(axes, figure["columns"]):
         title, scale = CURVES.get(column, (column.replace("_", " "), 1))
-        for i, (name, run) in enumerate(loaded):
+        for i, ((name, run), shade) in enumerate(zip(loaded, style.colours([name for name, _ in loaded]))):
             if column in run.history:
-                axis.plot(run.milliseconds, run.history[column] / scale, label=name, lw=1.4,
-                          ls=("-", "--", "-.", ":")[i // 10 % 4])
+                axis.plot(run.milliseconds, run.history[column] / scale, label=name, lw=1.4, color=shade,
+                          ls=("-", "--", "-.", ":")[i // len(style.PALETTE) % 4])
         axis.set_ylabel(title)
     axes[0].set_xlim(figure.get("from_ms"), figure.get("until_ms"))
     axes[0].legend(fontsize=7, ncols=1 + len(loaded) // 6)
@@ -140,16 +142,15 @@ def bars(study, _, figure, runs, done, path):
     for i, (axis, measure) in enumerate(zip(axes, figure["y"])):
         values = [done[name].get(measure, np.nan) for name in names]
         known = {k: study.paper[name][measure] for k, name in enumerate(names) if measure in study.paper.get(name, {})}
-        axis.barh(range(len(names)), values, color=[f"C{k % 10}" for k in range(len(names))], alpha=0.75)
-        for k, value in enumerate(values):  # in a column at the right
+        axis.barh(range(len(names)), values, color=style.colours(names), alpha=0.75)
+        for k, value in enumerate(values):  # in a column beside the axes, where no bar and no diamond comes
             if np.isfinite(value):
-                axis.text(0.99, k, f"{value:.4g}", transform=axis.get_yaxis_transform(), ha="right", va="center",
+                axis.text(1.17, k, f"{value:.3g}", transform=axis.get_yaxis_transform(), ha="right", va="center",
                           fontsize=7)
         axis.set_yticks(range(len(names)), names)
         if known:
             diamonds = axis.plot(known.values(), known.keys(), "kD", mfc="none", ms=6, label="paper")
         axis.set_xlabel(label(measure))
-        axis.margins(x=0.25)
         axis.set_ylim(len(names) - 0.4, -0.6)  # the same rows in all panels
         axis.tick_params(axis="y", labelsize=7, labelleft=i % (2 if len(axes) == 4 else 3) == 0)
     if diamonds:

@@ -8,6 +8,7 @@
 | error_V, error_p | of V(t) and p(t): L2 norm in time of the difference over that of the reference [%] |
 | max_V, max_p | largest difference in time [mL, mmHg] |
 | cost_s | CPU time as a user has it: what replays calcium at the price of the electrophysiology that has made it [s] |
+| start_s | of that, what passes before the first step [s] |
 | h_mm | mean diameter of the wall's cells |
 | step_ms, assembly_ms, solve_ms | wall time of a mean step, and of assembly and solution for blood and wall in it |
 | contraction_*, ejection_* | maximum in time of the difference over a part of the heartbeat, see `norms` |
@@ -71,6 +72,11 @@ def cost(store, case):
         seconds += share * price(recording, "cpu_s_by_part") + price(recording, "start_cpu_s_by_part")
         seconds -= price(own, "cpu_s_by_part") + price(own, "start_cpu_s_by_part")
     return seconds
+
+
+def start_cost(store, case):
+    """CPU seconds until the first step, which are part of the cost and do not grow with the length of the run."""
+    return sum(indicators(store.of(case)).get("start_cpu_s_by_part", {}).values())
 
 
 def price(known, when):

@@ -16,15 +16,17 @@ from fnmatch import fnmatch
 
 import numpy as np
 import yaml
+from matplotlib import patheffects
+
+from reporting import style
 
 from . import measures
 from .figures import label, plt, save
 from .scene import StudyError
 
 COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
+NOISE = 0.05  # share by which one run's cost differs from the next one's, other work on the machine apart
 SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p", "activation")}
-# Distinct to the colour-blind (Okabe and Ito, jfly.uni-koeln.de/color); then again, with another line around.
-COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#b5a900"]
 SHAPES = "osD^vP*X"
 
 
@@ -83,7 +85,7 @@ def draw(study, store, table, folder):
             row[f"front_{error}"] = int(best)
         if known:
             chart(study, known, error, floor.get(error), folder / f"pareto_{error.removeprefix('error_')}.png")
-    keys = ["run", COST, "cost_min_s", "cost_max_s", "repetitions",
+    keys = ["run", COST, "start_s", "cost_min_s", "cost_max_s", "repetitions",
             *[key for error in errors for key in (error, f"front_{error}")]]
     with open(folder / "pareto.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, keys, restval="", extrasaction="ignore")
@@ -105,29 +107,40 @@ def chart(study, rows, error, floor, path):
     points = [(row[COST], max(row[error], least), row) for row in rows]
     schemes = list(dict.fromkeys(row.get("scheme", row["run"]) for row in rows))
     meshes = list(dict.fromkeys(row.get("mesh", "") for row in rows))
+    looks = dict(zip(schemes, zip(style.colours(schemes), (edge(i) for i in range(len(schemes))))))
     for cost, value, row in points:
-        i, shape = schemes.index(row.get("scheme", row["run"])), SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
-        axis.plot(cost, value, shape, color=COLOURS[i % len(COLOURS)], ms=7, mec="0.2" if i < len(COLOURS) else "red", mew=0.5)
+        shade, around = looks[row.get("scheme", row["run"])]
+        shape = SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
+        axis.plot(cost, value, shape, color=shade, ms=7, mec=around, mew=0.5)
         if "cost_min_s" in row:
-            axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=COLOURS[i % len(COLOURS)], lw=1)
+            axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=shade, lw=1)
     best = sorted(((cost, value, row["run"]) for cost, value, row in points if row[f"front_{error}"]))
-    axis.step(*zip(*[point[:2] for point in best]), where="post", color="0.4", lw=1)
+    axis.step(*zip(*[point[:2] for point in best]), where="post", color="0.75", lw=1, zorder=1)
     axis.plot(*zip(*[point[:2] for point in best]), "o", mfc="none", color="black", ms=13)
     axis.margins(0.12)
+    low, high = axis.get_xlim()
+    if high < 2 * low:  # or else noise looks like a difference
+        axis.set_xlim(np.sqrt(low * high / 2), np.sqrt(low * high * 2))
+    for each in (axis.xaxis.set_major_formatter, axis.xaxis.set_minor_formatter):
+        each(lambda x, _: f"{x:.3g}")
     if floor:
         axis.axhspan(axis.get_ylim()[0] / 10, floor, color="0.85", zorder=0)
         axis.set_ylim(bottom=min(floor, least) / 2)
     put_labels(drawing, axis, best, [point[:2] for point in points])
     axis.set_xlabel("cost of the run with electrophysiology and start [CPU s]")
     axis.set_ylabel(label(error) + f" against {study.reference}")
-    legends(axis, schemes, meshes, floor)
+    legends(axis, looks, meshes, floor)
     save(drawing, path, study.about)
 
 
-def legends(axis, schemes, meshes, floor):
+def edge(i):
+    """Of a marker: when the colours begin anew, another one."""
+    return "0.2" if i < len(style.PALETTE) else "red"
+
+
+def legends(axis, looks, meshes, floor):
     """Colours of the schemes and shapes of the meshes, apart."""
-    first = [plt.Line2D([], [], ls="", marker="o", color=COLOURS[i % len(COLOURS)], label=name,
-                        mec="0.2" if i < len(COLOURS) else "red") for i, name in enumerate(schemes)]
+    first = [plt.Line2D([], [], ls="", marker="o", color=shade, label=name, mec=around) for name, (shade, around) in looks.items()]
     second = [plt.Line2D([], [], ls="", marker=SHAPES[i % len(SHAPES)], color="0.5", label=name)
               for i, name in enumerate(meshes) if name]
     second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
@@ -154,6 +167,7 @@ def put_labels(drawing, axis, points, all_points):
         taken.append(box)
         axis.annotate(name, axis.transData.inverted().transform((x, y)), xytext=(7 * side, shift),
                       textcoords="offset points", ha="left" if side > 0 else "right", va="center", fontsize=6.5,
+                      path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white")],
                       arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.6", "shrinkA": 0} if shift else None)
 
 
@@ -171,9 +185,13 @@ def limits(words):
 
 
 def cheapest(rows, allowed):
-    """The cheapest row within all limits, or None."""
+    """The cheapest row within all limits, or None. Of those that cost as much, as far as can be told, the most accurate."""
     good = [row for row in rows if all(row.get(error, np.inf) <= limit for error, limit in allowed.items())]
-    return min(good, key=lambda row: row[COST], default=None)
+    if not good:
+        return None
+    least = min(good, key=lambda row: row[COST])
+    as_cheap = [row for row in good if row.get("cost_min_s", row[COST]) <= max(least.get("cost_max_s", 0), (1 + NOISE) * least[COST])]
+    return min(as_cheap, key=lambda row: sum(row[error] / limit for error, limit in allowed.items()))
 
 
 def as_a_user(case, name, defaults):
@@ -193,6 +211,10 @@ def advise(study, store, table, words, folder):
     allowed = limits(words)
     need_reference(study, store)
     rows = candidates(study, table)
+    for error in allowed:
+        if not any(error in row for row in rows):
+            known = [name for name, key in SHORT.items() if any(key in row for row in rows)]
+            raise StudyError(f"--tolerance {error.removeprefix('error_')}: no finished run has {error}; known are {', '.join(known) or 'none'}")
     floor, unknown = floors(study, store, allowed)
     for error, limit in allowed.items():
         if limit < floor.get(error, 0):
@@ -212,7 +234,7 @@ def advise(study, store, table, words, folder):
     tree = as_a_user(study.case(study.by_name[best["run"]]), best["run"], study.keys.defaults)
     scene.write_text(f"# The cheapest of {len(rows)} choices of the study {study.name} with {' '.join(words)}\n"
                      + yaml.safe_dump(tree, sort_keys=False))
-    print(f"{best['run']}: {best[COST]:.1f} CPU s{share_of_reference(study, table, best)}, "
+    print(f"{best['run']}: {best[COST]:.1f} CPU s, {best.get('start_s', 0):.1f} of them to start{share_of_reference(study, table, best)}, "
           + ", ".join(f"{error} {best[error]:.3g}" + (f" (± {floor[error]:.1g})" if error in floor else "") for error in allowed))
     print(f"./run {scene}")
     return 0
@@ -220,4 +242,4 @@ def advise(study, store, table, words, folder):
 
 def share_of_reference(study, table, row):
     exact = next((other for other in table if other["run"] == study.reference and other.get(COST)), None)
-    return f", {row[COST] / exact[COST]:.2g} of the reference" if exact else ""
+    return f", {row[COST] / exact[COST]:.2g} times the reference's" if exact else ""

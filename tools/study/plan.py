@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .case import Case, Start
-from .scene import Keys, StudyError, check_keys, join, lay_over, load, number, quantity, with_bases, with_end
+from .scene import Keys, StudyError, anchored, check_keys, join, lay_over, load, number, quantity, with_bases, with_end
 
 STUDY_KEYS = ["about", "base", "settings", "calcium", "ranks", "vary", "also", "reference", "paper", "measure", "figures",
               "window", "pareto", "border"]
@@ -111,7 +111,7 @@ class Study:
         settings = settings or {}
         own = {key: settings[key] for key in OWN_SETTINGS if key in settings}
         rest = {key: value for key, value in settings.items() if key not in own}
-        return own, self.keys.overlay(rest, f"{self.file}: {where}", OWN_SETTINGS)
+        return own, anchored(self.keys.overlay(rest, f"{self.file}: {where}", OWN_SETTINGS), self.file.parent)
 
     def command_line(self, settings):
         tree = {}
@@ -119,7 +119,7 @@ class Study:
             key, sign, value = setting.partition("=")
             if not sign:
                 raise StudyError(f"--set {setting}: write key=value")
-            tree = join(tree, self.keys.overlay({key: value}, f"--set {setting}"))
+            tree = join(tree, anchored(self.keys.overlay({key: value}, f"--set {setting}"), Path.cwd()))
         return tree
 
     def all_runs(self, tree):
@@ -218,7 +218,7 @@ class Study:
         own = {"scene": "calcium", "coupling": None, "output": {"checkpoint": None}, "participants": None,
                "mechanics": {"active": {"model": "none"}}}
         scene = lay_over(tree, own)
-        scene["coupling"] = {"scheme": "electromechanics"}
+        scene["coupling"] = {"scheme": "one_way"}
         scene["participants"] = {"ep": {"program": "ep_solver", "ranks": self.ranks},
                                  "mech": {"program": "mech_solver", "ranks": self.ranks}}
         ends = [tree["time"]["end"], self.base_tree["time"]["end"]]

@@ -53,9 +53,21 @@ def join(first, second):
     return result
 
 
+def mesh_file(tree):
+    """What a tree says of a mesh file; None where its mesh is made by the programs."""
+    mesh = (tree.get("geometry") or {}).get("mesh")
+    return mesh if isinstance(mesh, str) and mesh.endswith(".h5") else None
+
+
+def anchored(tree, folder):
+    """The tree with the absolute path of its mesh file, which it names relative to `folder`."""
+    mesh = mesh_file(tree)
+    return join(tree, {"geometry": {"mesh": str((folder / mesh).resolve())}}) if mesh else tree
+
+
 def with_bases(file):
     """The tree of a scene file with all its bases."""
-    tree = load(file)
+    tree = anchored(load(file), file.parent)
     base = tree.pop("base", None)
     return lay_over(with_bases((file.parent / base).resolve()), tree) if base else tree
 

@@ -5,13 +5,7 @@ import json
 import os
 from pathlib import Path
 
-
-def flat(tree, prefix=""):
-    """{"time.step": "0.2 ms", ...}"""
-    result = {}
-    for key, value in tree.items():
-        result.update(flat(value, prefix + key + ".") if isinstance(value, dict) else {prefix + key: value})
-    return result
+from results import flat
 
 
 class Store:

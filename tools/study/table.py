@@ -3,7 +3,7 @@ import csv
 
 import numpy as np
 
-from .measures import USUAL, activation, common, cost, measures, window
+from .measures import USUAL, activation, common, cost, measures, start_cost, window
 from .scene import quantity
 
 
@@ -52,9 +52,10 @@ def of_electrophysiology(study, store, run, reference):
 
 def costs(store, cases):
     """The median of the repetitions, and between what they lie."""
-    known = [cost(store, case) for case in cases if store.state(case) == "done"]
+    done = [case for case in cases if store.state(case) == "done"]
+    known, starts = [cost(store, case) for case in done], [start_cost(store, case) for case in done]
     spread = {"cost_min_s": min(known), "cost_max_s": max(known)} if len(known) > 1 else {}
-    return {"cost_s": float(np.median(known)), "repetitions": len(known), **spread}
+    return {"cost_s": float(np.median(known)), "start_s": float(np.median(starts)), "repetitions": len(known), **spread}
 
 
 def lacks(study, store):

@@ -1,0 +1,50 @@
+#include "cavity_solver/cavity_solver.h"
+#include "common/bus/failure.h"
+#include "common/bus/participant.h"
+#include "common/config/units.h"
+#include "common/schema/scene.h"
+
+#include <stdexcept>
+
+using namespace heartbus;
+
+namespace {
+
+/// The atrium and the aorta are those of the block `fluid`, so that blood of one pressure and blood in three dimensions
+/// can take each other's place; the rest are settings of the participant.
+cavity::CirculationParameters read_parameters(bus::Participant &participant, const fluid::Parameters &blood) {
+  cavity::CirculationParameters circulation;
+  circulation.atrial_pressure = blood.valves.mitral_pressure;
+  circulation.aortic_resistance = blood.aortic_resistance;
+  circulation.arterial_pressure = blood.valves.aortic_pressure;
+  const auto quantity = [&](const std::string &key, const std::string &unit, double &value) {
+    try {
+      if (const std::string *written = participant.setting(key))
+        value = config::parse_quantity(*written, unit);
+    } catch (const std::invalid_argument &error) {
+      throw Failure(ExitCode::scene,
+                    "key 'participants." + participant.name() + ".settings." + key + "': " + error.what());
+    }
+  };
+  quantity("mitral_resistance", "kg/(s m^4)", circulation.mitral_resistance);
+  quantity("compliance", "m^3/Pa", circulation.compliance);
+  quantity("peripheral_resistance", "kg/(s m^4)", circulation.peripheral_resistance);
+  quantity("venous_pressure", "Pa", circulation.venous_pressure);
+  if (circulation.compliance > 0 && !(circulation.peripheral_resistance > 0))
+    throw Failure(ExitCode::scene,
+                  "key 'participants." + participant.name() +
+                      ".settings.peripheral_resistance': a compliance needs one, e.g. 1.2e8 kg/(s m^4)");
+  return circulation;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  bus::Participant participant(argc, argv, "circulation", "cavity_solver");
+  return participant.run([&] {
+    const SceneParameters scene = read_scene(participant.scene_text(), "scene");
+    cavity::CavitySolver solver(participant.communicator(), read_parameters(participant, scene.fluid),
+                                scene.mech.initial_pressure);
+    participant.serve(solver);
+  });
+}

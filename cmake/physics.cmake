@@ -1,0 +1,22 @@
+# What the physics are built with, beyond the bus: HDF5, deal.II, one precompiled header for all code with deal.II.
+
+add_library(heartbus_hdf5 INTERFACE)
+target_include_directories(heartbus_hdf5 SYSTEM INTERFACE /usr/include/hdf5/openmpi)
+target_link_libraries(heartbus_hdf5 INTERFACE hdf5_openmpi MPI::MPI_C)
+target_link_directories(heartbus_hdf5 INTERFACE /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE})
+
+add_library(heartbus_dealii INTERFACE)
+target_include_directories(heartbus_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DIRS})
+# deal.II's headers call into the libraries behind it (Trilinos, TBB, p4est); let the linker find them through deal.II.
+target_link_options(heartbus_dealii INTERFACE -Wl,--copy-dt-needed-entries)
+if(CMAKE_BUILD_TYPE STREQUAL "Debug")
+  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
+  target_compile_definitions(heartbus_dealii INTERFACE DEBUG BOOST_NO_AUTO_PTR)
+else()
+  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
+  target_compile_definitions(heartbus_dealii INTERFACE BOOST_NO_AUTO_PTR)
+endif()
+
+add_library(heartbus_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cpp)
+target_link_libraries(heartbus_pch PUBLIC heartbus_options heartbus_dealii MPI::MPI_CXX)
+target_precompile_headers(heartbus_pch PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)

@@ -1,0 +1,70 @@
+"""Blood of one pressure: no volume is lost, and the program in Python does what ours does."""
+import csv
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from launch import SOURCE, Launch
+from test_own_code import use_library
+
+SCENE = f"""\
+base: {SOURCE}/configs/ideal_lv/circulation.yaml
+scene: filling
+geometry: {{mesh: MXS}}
+time: {{end: 80 ms, step: 1 ms}}
+mechanics: {{active: {{tension_max: 1500 kPa}}}}
+participants:
+  ep: {{command: {sys.executable} {SOURCE}/examples/wave/wave.py, ranks: 1, settings: {{velocity: 4 m/s, peak: 2 uM}}}}
+  mech: {{ranks: 1}}
+output: {{every: 0 ms, checkpoint: {{every: 40 ms}}}}
+"""
+IN_PYTHON = f"participants.circulation.command={sys.executable} {SOURCE}/examples/circulation/circulation.py"
+
+
+class Circulation(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        use_library()
+        temporary = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(temporary.cleanup)
+        cls.folder = Path(temporary.name)
+        cls.ours = cls.history("ours")
+
+    @classmethod
+    def history(cls, name, *words):
+        scene = cls.folder / "scene.yaml"
+        scene.write_text(SCENE)
+        run = Launch([sys.executable, SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe", "--out", name, *words],
+                     cls.folder)
+        assert run.code == 0, run.output
+        with open(cls.folder / name / "history.csv") as file:
+            return [{key: value if key == "phase" else float(value) for key, value in row.items()}
+                    for row in csv.DictReader(file)]
+
+    def test_closed_valves_keep_the_volume_and_open_ones_pass_what_it_changes_by(self):
+        phases = [row["phase"] for row in self.ours]
+        self.assertEqual(phases[-1], "ejection")
+        self.assertGreater(phases.count("isovolumetric contraction"), 10)
+        for before, row in zip(self.ours, self.ours[1:]):
+            self.assertLess(abs(row["volume_missed"]), 1e-10 * row["volume"])
+            passed = 1e-3 * (row["mitral_flow"] - row["aortic_flow"])
+            self.assertAlmostEqual(row["volume"] - before["volume"], passed, delta=2e-10 * row["volume"])
+
+    def test_the_pressure_is_that_of_the_wall_in_balance(self):
+        self.assertAlmostEqual(self.ours[0]["mean_pressure"], 1333)
+        self.assertGreater(self.ours[-1]["mean_pressure"], 9000)
+
+    def test_python_gives_the_same(self):
+        theirs = self.history("theirs", "--set", IN_PYTHON)
+        for ours, other in zip(self.ours, theirs):
+            for name in ("volume", "mean_pressure", "mitral_flow", "aortic_flow"):
+                self.assertAlmostEqual(ours[name], other[name], delta=1e-9 * abs(ours[name]) + 1e-15, msg=name)
+
+    def test_a_restart_gives_the_same_bits(self):
+        again = self.history("ours", "--restart", "40 ms")
+        self.assertEqual(again, self.ours)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,54 @@
+"""heartbus-check finds what a program does wrong, and nothing in those that do nothing wrong."""
+import subprocess
+import sys
+import unittest
+
+from launch import SOURCE
+from test_own_code import use_library
+
+WRONG = [  # what the dummy does, the check that it fails, the reason
+    ("stranger", "joins", "without"),
+    ("nameless", "declares what the role needs", "'blood_force' from fluid to mech (fluid declares no such output)"),
+    ("other_unit", "units", "is sent by fluid in 'mN', but expected by mech in 'N'"),
+    ("shifted", "points conform", "is 0.00173205 m away"),
+    ("lingers", "ends when told", "all participants to end"),
+    ("accumulates", "iterations start from the old state", "of its range between two solves of step"),
+    ("forgets", "a restart gives the same bits", "after a restart from step 20"),
+    ("swallows", "what is not finite is refused", "it goes on with NaN from mech"),
+]
+
+
+def check(command, role):
+    return subprocess.run([sys.executable, SOURCE / "tools/check.py", command, "--role", role], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False)
+
+
+class Conformance(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        use_library()
+
+    def assert_passes(self, command, role):
+        run = check(command, role)
+        lines = run.stdout.splitlines()
+        self.assertEqual((run.returncode, len(lines)), (0, 12), run.stdout)
+        self.assertTrue(all(line.startswith("yes ") for line in lines), run.stdout)
+
+    def test_ours_pass(self):
+        for role in ("ep", "mech", "ale", "fluid"):
+            with self.subTest(role):
+                self.assert_passes(role + "_solver", role)
+
+    def test_whoever_does_something_wrong_is_told_what(self):
+        for mischief, failed, reason in WRONG:
+            with self.subTest(mischief):
+                run = check(f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
+                self.assertEqual(run.returncode, 1, run.stdout)
+                told = [line for line in run.stdout.splitlines() if line.startswith("NO  ")]
+                self.assertEqual(len(told), 1, run.stdout)
+                self.assertTrue(told[0].startswith(f"NO  {failed}: "), run.stdout)
+                self.assertIn(reason, told[0])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

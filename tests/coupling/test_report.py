@@ -1,0 +1,352 @@
+"""What a run tells people: what is implausible, the page, the terminal, one command for all."""
+import html.parser
+import json
+import os
+import pty
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import yaml
+from launch import SOURCE, Launch
+
+sys.path.insert(0, str(SOURCE / "tools"))
+import numpy as np  # noqa: E402
+from PIL import Image  # noqa: E402
+
+from launching.terminal import fitted  # noqa: E402
+from reporting import plausibility, style, tables  # noqa: E402
+from results import Run  # noqa: E402
+
+PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
+BROWSER = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "google-chrome"))), None)
+PHASES = ((0.09, "isovolumetric contraction"), (0.3, "ejection"), (0.4, "isovolumetric relaxation"), (0.8, "filling"))
+
+
+def healthy():
+    """Columns and indicators of a beat without fault, in steps of 10 ms."""
+    time = np.linspace(0, 0.8, 81)
+    phase = [next(name for end, name in PHASES if t <= end + 1e-9) for t in time]
+    volume = np.interp(time, [0, 0.09, 0.3, 0.4, 0.8], [120e-6, 119e-6, 60e-6, 61e-6, 119e-6])
+    pressure = np.interp(time, [0, 0.09, 0.2, 0.3, 0.4, 0.8], [1333, 9000, 16000, 9000, 1300, 1333])
+    columns = {"step": range(81), "time [s]": time, "lifting_iterations": [1] * 81, "mesh_min_J": [0.6] * 81,
+               "activated_share": np.clip(time / 0.11, 0, 1), "volume [m^3]": volume, "mean_pressure [Pa]": pressure,
+               "mitral_flow [m^3/s]": np.where(time > 0.4, 3e-4, 0), "aortic_flow [m^3/s]": np.where(abs(time - 0.2) < 0.1, 3e-4, 0),
+               "phase": phase, "volume_defect [m^3/s]": np.zeros(81), "disagreement [Pa]": np.full(81, 10.0),
+               "alpha [kg/(m^2 s)]": [5000] * 81, "coupling_iterations": [1] * 81, "alpha_limit [kg/(m^2 s)]": [14000] * 81,
+               "min_J": np.full(81, 0.9), "peak_tension [Pa]": np.full(81, 1e4), "wall_volume": np.full(81, 0.99),
+               "clamped_share": np.zeros(81)}
+    beat = {"beat": 1, "start": 0.0, "end": 0.8, "complete": True, "EDV_mL": 120.0, "ESV_mL": 60.0, "EF_percent": 50.0,
+            "ILI_C_percent": 1.0, "ILI_R_percent": 1.5, "p_max_mmHg": 120.0, "activation_time_ms": 110.0,
+            "aortic_opens_ms": 90.0, "aortic_closes_ms": 300.0, "mitral_opens_ms": 400.0}
+    return {name: list(values) for name, values in columns.items()}, [beat]
+
+
+def write(folder, columns, beats, scene=None):
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = zip(*columns.values())
+    (folder / "history.csv").write_text(",".join(columns) + "\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    works = {"mech": {"assembly": 3.0, "waiting": 4.0}, "fluid": {"linear solve": 2.0, "waiting": 5.0}}
+    (folder / "indicators.json").write_text(json.dumps({
+        **beats[-1], "beats": beats, "wall_s_by_part": {"mech": 3.0, "fluid": 2.0}, "wall_s_by_work": works, "steps_timed": 80,
+        "wall_s": 8.0, "cpu_s": 12.0}))
+    (folder / "scene.resolved.yaml").write_text(yaml.safe_dump(scene or {
+        "scene": "made", "geometry": {"shape": "ideal_left_ventricle", "mesh": "M0"}, "coupling": {"scheme": "EFS1", "iterations": 1},
+        "mechanics": {"law": "guccione", "guccione": {"kappa": "50000 Pa"}, "active": {"sarcomere_length": "1.75 um"}}}))
+    return folder
+
+
+class Temporary(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+
+
+class Plausibility(Temporary):
+    def found(self, columns=None, beat=None, without=(), more=()):
+        """Findings of the healthy beat with these changes."""
+        own, beats = healthy()
+        own.update({name: [value] * 81 if np.isscalar(value) else list(value) for name, value in (columns or {}).items()})
+        beats[0].update(beat or {})
+        for key in without:
+            del beats[0][key]
+        return plausibility.findings(Run(write(self.folder / "run", own, beats + list(more))))
+
+    def assert_only(self, found, key, *parts):
+        self.assertEqual([finding.key for finding in found], [key], [str(each) for each in found])
+        for part in parts:
+            self.assertIn(part, str(found[0]))
+
+    def test_a_healthy_beat_has_nothing(self):
+        self.assertEqual([str(each) for each in self.found()], [])
+
+    def test_a_wall_that_is_never_or_partly_activated(self):
+        never = self.found({"activated_share": 0.0}, {"activated_percent": 0.0}, ["activation_time_ms"])
+        self.assert_only(never, "electrophysiology.stimulus", "no point of the wall")
+        partly = self.found({"activated_share": 0.4}, {"activated_percent": 40.0}, ["activation_time_ms"])
+        self.assert_only(partly, "electrophysiology.refinements", "only 40.0 %")
+
+    def test_valves_that_never_open(self):
+        self.assert_only(self.found(without=["aortic_opens_ms", "aortic_closes_ms", "mitral_opens_ms"]),
+                         "mechanics.active.tension_max", "aortic valve never opens", "120.0 mmHg")
+        self.assert_only(self.found(without=["mitral_opens_ms"]), "fluid.mitral_pressure", "mitral valve never opens")
+
+    def test_crushed_cells_and_a_wall_that_loses_volume(self):
+        self.assert_only(self.found({"min_J": 0.69}), "mechanics.guccione.kappa", "J 0.690", "50000 Pa")
+        self.assertEqual(self.found({"min_J": 0.71}), [])
+        self.assert_only(self.found({"wall_volume": 0.965}), "mechanics.guccione.kappa", "-3.5 %")
+        self.assert_only(self.found({"wall_volume": 1.04}), "mechanics.guccione.kappa", "+4.0 %")
+
+    def test_sarcomeres_out_of_the_models_range(self):
+        self.assert_only(self.found({"clamped_share": 0.3}), "mechanics.active.sarcomere_length", "30 %", "1.75 um")
+
+    def test_alpha_near_its_limit(self):
+        self.assert_only(self.found({"alpha_limit [kg/(m^2 s)]": 5500}), "coupling.alpha", "5000", "5500")
+        self.assertEqual(self.found({"alpha_limit [kg/(m^2 s)]": 5600}), [])
+        self.assertEqual(self.found({"alpha_limit [kg/(m^2 s)]": 0}), [], "not estimated yet")
+
+    def test_a_mesh_that_is_nearly_inverted(self):
+        self.assert_only(self.found({"mesh_min_J": 0.15}), "geometry", "15 %")
+
+    def test_disagreement_of_blood_and_wall(self):
+        self.assert_only(self.found(beat={"ILI_C_percent": 7.0}), "coupling.alpha", "7.0 %", "contraction")
+        spike = np.full(81, 10.0)
+        spike[20:24] = 1e3  # a valve switches
+        self.assertEqual(self.found({"disagreement [Pa]": spike}), [])
+        spike[20:28] = 1e3
+        self.assert_only(self.found({"disagreement [Pa]": spike}), "time.step", "1000 Pa")
+
+    def test_beats_that_are_not_periodic(self):
+        columns, _ = healthy()
+        volume = np.array(columns["volume [m^3]"])
+        volume[-1] = 110e-6
+        self.assert_only(self.found({"volume [m^3]": volume}), "time.beats", "begins with 120.0 mL and ends with 110.0 mL")
+        second = {"beat": 2, "start": 0.0, "end": 0.8, "complete": True, "aortic_opens_ms": 90, "mitral_opens_ms": 400,
+                  "change_percent": {"EDV": 5.0, "ESV": 1.0, "p_max": 0.1}}
+        self.assert_only(self.found(more=[second]), "time.beats", "EDV changes by 5.0 %")
+        second["change_percent"]["EDV"] = 1.0
+        self.assertEqual(self.found(more=[second]), [])
+
+    def test_an_unfinished_beat_is_not_judged_by_what_it_has_not_reached(self):
+        self.assertEqual(self.found(beat={"complete": False, "activated_percent": 3.0},
+                                    without=["activation_time_ms", "aortic_opens_ms", "mitral_opens_ms"]), [])
+
+
+class Parser(html.parser.HTMLParser):
+    """All that a page would load, and whether its elements are closed."""
+    VOID = {"meta", "img", "input", "br", "path", "use", "rect", "image"}
+
+    def __init__(self):
+        super().__init__()
+        self.loaded, self.open, self.ids = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attributes:
+            if name in ("src", "href", "xlink:href"):
+                self.loaded.append(value)
+            if name == "id":
+                self.ids.append(value)
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID:
+            while self.open and self.open.pop() != tag:
+                pass
+
+
+class Reports(Temporary):
+    def report(self, *words, environment=None):
+        result = subprocess.run([sys.executable, SOURCE / "tools/report.py", *map(str, words)], cwd=self.folder, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, **(environment or {})})
+        self.assertEqual(result.returncode, 0, result.stdout)
+        return result.stdout
+
+    def run_with_picture(self, name="one"):
+        folder = write(self.folder / name, *healthy())
+        (folder / "report").mkdir(exist_ok=True)
+        Image.new("RGB", (60, 40), "red").save(folder / "report/fibres.png")
+        return folder
+
+    def page(self, file):
+        text, parser = file.read_text(), Parser()
+        parser.feed(text)
+        self.assertEqual([each for each in parser.loaded if not each.startswith(("data:", "#"))], [], "not self-contained")
+        self.assertEqual(len(parser.ids), len(set(parser.ids)), "ids are not unique")
+        self.assertEqual(parser.open, [])
+        return text
+
+    def test_a_run_and_a_comparison_each_become_one_page(self):
+        one, two = self.run_with_picture("one"), write(self.folder / "two", *healthy())
+        self.report(one, "--charts")
+        text = self.page(one / "report/report.html")
+        for part in ("ejection fraction", "50.0", "Pressure-volume loop", "Cost by part", "Nothing implausible", "data:image/webp",
+                     "scene.resolved.yaml"):
+            self.assertIn(part, text)
+        for ending in style.FORMATS:
+            self.assertGreater((one / f"report/pv_loop.{ending}").stat().st_size, 2000)
+        self.report(one, two, "--charts", "--out", "both")
+        text = self.page(self.folder / "both/report.html")
+        self.assertIn("Comparison of one, two", text)
+
+    def test_what_cannot_be_drawn_is_said(self):
+        folder = write(self.folder / "run", *healthy())
+        (folder / "fields").mkdir()
+        (folder / "fields/mech.h5").write_bytes(b"")
+        (self.folder / "missing").mkdir()
+        (self.folder / "missing/vtk.py").write_text("raise ImportError('no VTK here')\n")
+        said = self.report(folder, environment={"PYTHONPATH": str(self.folder / "missing")})
+        self.assertIn("python3-vtk9", said)
+        self.assertIn("python3-vtk9", self.page(folder / "report/report.html"))
+
+    @unittest.skipUnless(BROWSER, "there is no Chromium here (Debian: chromium)")
+    def test_a_browser_shows_it_without_errors_at_any_width(self):
+        folder = self.run_with_picture()
+        frame = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA="
+        (folder / "report/films.json").write_text(json.dumps({
+            "captions": ["0 ms", "10 ms"], "frames": {"potential": [frame] * 2},
+            "scales": {"potential": {"label": "potential [mV]", "low": "-90", "high": "40", "colours": ["#000000", "#ffffff"]}}}))
+        self.report(folder, "--charts")
+        page = self.folder / "page.html"
+        page.write_text((folder / "report/report.html").read_text() + """<script>addEventListener("load", () => {
+            const pictures = [...document.images], d = document.documentElement;
+            document.querySelector(".player input").value = 1;
+            document.querySelector(".player input").dispatchEvent(new Event("input"));
+            document.body.innerHTML = JSON.stringify({pictures: pictures.length, shown: pictures.filter(p => p.naturalWidth > 0).length,
+              charts: document.querySelectorAll("svg[viewBox]").length, wide: d.scrollWidth - innerWidth,
+              told: document.querySelector(".player output").textContent}); });</script>""")
+        for width in (400, 1600):
+            with self.subTest(width):
+                result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr",
+                                         f"--user-data-dir={self.folder}/browser", f"--window-size={width},900", "--dump-dom",
+                                         f"file://{page}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
+                seen = json.loads(re.search(r"\{.*\}", result.stdout.split("<body>")[1])[0])
+                self.assertNotIn("CONSOLE", result.stderr)
+                self.assertEqual((seen["pictures"], seen["shown"], seen["told"]), (2, 2, "10 ms"))
+                self.assertGreaterEqual(seen["charts"], 5)
+                self.assertLessEqual(seen["wide"], 0, "the page is wider than the window")
+
+    def test_nothing_is_cut_off_a_figure(self):
+        figure, axis = style.plt.subplots(figsize=(3, 2))
+        axis.plot([0, 1], label="a name that is much longer than the axes are wide " * 2)
+        figure.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0))
+        style.save(figure, self.folder / "legend")
+        pixels = np.asarray(Image.open(self.folder / "legend.png").convert("L"))
+        for edge in (pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]):
+            self.assertEqual(edge.min(), 255)
+
+    def test_a_scheme_has_its_colour_everywhere(self):
+        alone, beside = style.colours(["EFS1"]), style.colours(["E1FSinf", "E1FS2_a5000", "EFS1_a2000", "EFS1_auto", "corrected"])
+        self.assertEqual(alone[0], beside[2])
+        self.assertEqual(len(set(beside)), 5)
+        self.assertEqual(style.pretty("kg/(m^2 s)"), "kg/(m² s)")
+
+
+class Terminals(Temporary):
+    def test_the_line_fits_the_terminal_and_tells_the_time_left_first(self):
+        parts = ["left 0:01:00", "300.0 ms", "ejection", "V  80.000 mL  p  120.00 mmHg", "5.0 ms/step", "ep 3  fluid 2"]
+        for width in (40, 80, 200):
+            self.assertLess(len(fitted(0.375, parts, width)), width)
+        self.assertIn("left 0:01:00", fitted(0.375, parts, 60))
+        self.assertIn("ep 3  fluid 2", fitted(0.375, parts, 200))
+
+    def test_a_terminal_gets_one_line_that_is_renewed(self):
+        main, terminal = pty.openpty()
+        command = [sys.executable, SOURCE / "tools/launch.py", PISTON, "--ranks", "1", "--out", "out", "--set", "time.end=100 ms",
+                   "--oversubscribe"]
+        process = subprocess.Popen(list(map(str, command)), cwd=self.folder, stdout=terminal, stderr=terminal, stdin=terminal,
+                                   env={**os.environ, "COLUMNS": "100"})
+        os.close(terminal)
+        said = b""
+        while True:
+            try:
+                more = os.read(main, 65536)
+            except OSError:  # the other side is closed
+                break
+            if not more:
+                break
+            said += more
+        os.close(main)
+        self.assertEqual(process.wait(), 0, said)
+        text = said.decode()
+        lines = re.findall(r"\r\033\[K(\[[= ]{20}\] [^\r\n]*)", text)
+        self.assertGreater(len(lines), 1, text)
+        self.assertIn("100 %", lines[-1])
+        self.assertIn("left 0:00:00", lines[-1])
+        self.assertTrue(all(len(line) < 100 for line in lines))
+        self.assertNotIn("ms/step", re.sub(r"\[[= ]{20}\] [^\r\n]*", "", text), "plain lines on a terminal")
+        self.assertEqual(len(re.findall("ms/step", (self.folder / "out/logs/coupler.log").read_text())), 10)
+
+
+class OneCommand(Temporary):
+    def heartbus(self, *words):
+        return Launch([sys.executable, SOURCE / "tools/heartbus", *words], self.folder)
+
+    def succeed(self, *words):
+        launch = self.heartbus(*words)
+        self.assertEqual(launch.code, 0, launch.output)
+        return launch.output
+
+    def test_every_command_tells_how_it_is_used(self):
+        listed = re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)
+        self.assertEqual(listed, ["run", "check", "mesh", "study", "report", "pictures", "trace", "cost", "example"])
+        for command in listed:
+            if command == "mesh" and not (SOURCE / "tools/mesh").exists():
+                continue
+            with self.subTest(command):
+                self.assertIn("--", self.succeed(command, "--help"))
+        self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
+
+    def test_the_shell_completes_commands_examples_and_options(self):
+        def completed(*words):
+            script = (f"source {SOURCE}/tools/completion.sh; COMP_WORDS=({SOURCE}/tools/heartbus {' '.join(words)}); "
+                      f"COMP_CWORD={len(words)}; _heartbus; echo ${{COMPREPLY[@]}}")
+            return subprocess.run(["bash", "-c", script], cwd=self.folder, stdout=subprocess.PIPE, text=True).stdout.split()
+        self.assertEqual(completed("re"), ["report"])
+        self.assertEqual(completed("example", "pis"), ["piston"])
+        self.assertIn("--charts", completed("report", "--"))
+        self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
+    def test_from_an_example_to_a_report_and_no_result_is_lost(self):
+        """The second run has almost the alpha that the piston's wall bears, as the first one has found it."""
+        self.assertIn("piston", self.succeed("example"))
+        self.succeed("example", "piston")
+        self.assertIn("# ", (self.folder / "piston.yaml").read_text())
+        self.assertIn("valid", self.succeed("check", "piston.yaml"))
+        words = ["run", "piston.yaml", "--ranks", "1", "--oversubscribe", "--set", "time.end=8 ms", "--set", "output.every=0 ms",
+                 "--out", "out"]
+        said = self.succeed(*words)
+        self.assertIn("largest volume", said)
+        self.assertNotIn("Implausible", said)
+        before = (self.folder / "out/history.csv").read_bytes()
+        alpha = f"alpha={0.95 * Run(self.folder / 'out').history['alpha_limit'][-1]:.0f} kg/(m^2 s)"
+        again = self.heartbus(*words, "--set", alpha)
+        self.assertEqual(again.code, 8, again.output)
+        self.assertIn("--force", again.output)
+        self.assertEqual((self.folder / "out/history.csv").read_bytes(), before)
+        said = self.succeed(*words, "--set", alpha, "--force")
+        self.assertIn("Implausible:", said)
+        self.assertIn("coupling.alpha: 'auto'", said)
+        about = json.loads((self.folder / "out/provenance.json").read_text())
+        self.assertIn(alpha, about["command"])
+        self.assertIn(alpha, (self.folder / "out/report/report.html").read_text())
+
+
+class Tables(Temporary):
+    def test_a_column_for_each_beat_with_units(self):
+        columns, beats = healthy()
+        beats[0]["end"] = 0.4
+        beats.append({"beat": 2, "start": 0.4, "end": 0.8, "complete": False, "EDV_mL": 118.0, "change_percent": {"EDV": 1.5}})
+        heading, rows = tables.indicators([Run(write(self.folder / "run", columns, beats))])
+        self.assertEqual(heading, ["", "unit", "beat 1", "beat 2 (incomplete)"])
+        self.assertIn(["ejection fraction", "%", "50.0", ""], rows)
+        self.assertIn(["EDV changed since the beat before", "%", "", "1.50"], rows)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

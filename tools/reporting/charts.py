@@ -1,0 +1,159 @@
+"""Charts of one run, or of several together: each function returns a figure, or None when a run lacks what it shows."""
+import numpy as np
+
+from results import ML, MMHG
+
+from .style import PHASES, colour, colours, plt
+
+WIDTH = 4.8  # inches: text is readable on a telephone, and in a column of a paper
+
+
+def has(runs, *columns):
+    return all(column in run.history for run in runs for column in columns)
+
+
+def stacked(n_rows, height=1.75):
+    figure, axes = plt.subplots(n_rows, 1, sharex=True, figsize=(WIDTH, 0.6 + height * n_rows), squeeze=False)
+    axes = axes[:, 0]
+    axes[-1].set_xlabel("time [ms]")
+    axes[-1].margins(x=0)
+    return figure, axes
+
+
+def shade_phases(axes, run):
+    """Colours the background by phase; names the phases that are wide enough above the topmost axes."""
+    span = run.history.time[-1] - run.history.time[0]
+    for name, begin, end in run.history.phases():
+        short, shade = PHASES.get(name, (name, "#ffffff"))
+        for axis in axes:
+            axis.axvspan(1e3 * begin, 1e3 * end, color=shade, lw=0, zorder=0)
+        if span > 0 and (end - begin) / span > 0.012 * len(short) + 0.02:
+            axes[0].text(5e2 * (begin + end), 1.02, short, transform=axes[0].get_xaxis_transform(), ha="center",
+                         fontsize=8)
+
+
+def own_colours(runs):
+    return colours([run.scheme for run in runs])
+
+
+def finish(figure, axes, runs):
+    if len(runs) > 1:
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
+    figure.tight_layout()
+    figure.align_ylabels()
+    return figure
+
+
+def in_time(runs, rows):
+    """`rows`: (column, scale, label) each an axis of its own, all runs in it."""
+    if not has(runs, *(column for column, _, _ in rows)):
+        return None
+    figure, axes = stacked(len(rows))
+    shade_phases(axes, runs[0])
+    for axis, (column, scale, label) in zip(axes, rows):
+        for run, shade in zip(runs, own_colours(runs)):
+            axis.plot(run.milliseconds, run.history[column] / scale, color=shade, label=run.name)
+        axis.set_ylabel(label)
+    return finish(figure, axes, runs)
+
+
+def pressure_volume_loop(runs):
+    """One colour a beat, or a run."""
+    if not has(runs, "volume", "mean_pressure"):
+        return None
+    figure, axis = plt.subplots(figsize=(WIDTH, 3.9))
+    for run, shade in zip(runs, own_colours(runs)):
+        volume, pressure = run.history["volume"] / ML, run.history["mean_pressure"] / MMHG
+        for k, (beat, rows) in enumerate(run.beats()):
+            own = shade if len(runs) > 1 else colour(k)
+            label = f"beat {beat.get('beat', 1)}" if len(runs) == 1 else run.name if k == 0 else None
+            axis.plot(volume[rows], pressure[rows], color=own, label=label)
+            axis.plot(volume[rows][0], pressure[rows][0], "o", color=own, ms=4)
+    axis.set_xlabel("volume of the ventricle [mL]")
+    axis.set_ylabel("mean pressure [mmHg]")
+    if len(runs) == 1 and len(list(runs[0].beats())) > 1:
+        axis.legend(loc="center")
+    return finish(figure, [axis], runs)
+
+
+def volume_and_pressure(runs):
+    return in_time(runs, [("volume", ML, "volume [mL]"), ("mean_pressure", MMHG, "mean pressure [mmHg]")])
+
+
+def flows(runs):
+    return in_time(runs, [("aortic_flow", ML, "aortic flow,\nout [mL/s]"), ("mitral_flow", ML, "mitral flow,\nin [mL/s]")])
+
+
+def wall(runs):
+    return in_time(runs, [("min_J", 1, "smallest J"), ("wall_volume", 0.01, "volume of\nthe wall [%]"),
+                          ("peak_tension", 1e3, "largest active\ntension [kPa]")])
+
+
+def budget(runs):
+    """What the explicit coupling loses: volume that passes the wall."""
+    if not has(runs, "volume_defect"):
+        return None
+    figure, axes = stacked(2)
+    shade_phases(axes, runs[0])
+    for run, shade in zip(runs, own_colours(runs)):
+        time, defect = run.history.time, run.history["volume_defect"]
+        lost = np.concatenate(([0], np.cumsum(defect[1:] * np.diff(time))))
+        axes[0].plot(run.milliseconds, defect / ML, color=shade, label=run.name)
+        axes[1].plot(run.milliseconds, lost / ML, color=shade)
+    axes[0].set_ylabel("through the wall\n[mL/s]")
+    axes[1].set_ylabel("its sum over\ntime [mL]")
+    return finish(figure, axes, runs)
+
+
+def iterations(runs):
+    """Means over a hundredth of the run each."""
+    names = sorted({name for run in runs for name in run.history.columns if name.endswith("_iterations")})
+    names = [name for name in names if any(name in run.history and run.history[name].max() > 1 for run in runs)]
+    if not names:
+        return None
+    figure, axes = stacked(len(names), 1.0)
+    for axis, name in zip(axes, names):
+        for run, shade in zip(runs, own_colours(runs)):
+            if name in run.history:
+                parts = np.array_split(np.arange(len(run.history.time)), min(100, len(run.history.time)))
+                axis.plot([run.milliseconds[part].mean() for part in parts],
+                          [run.history[name][part].mean() for part in parts], color=shade, label=run.name)
+        axis.set_ylabel(name.removesuffix("_iterations"))
+        axis.set_ylim(bottom=0)
+    return finish(figure, axes, runs)
+
+
+def cost(runs):
+    """Wall time of each participant by its work, waiting left out; what is little is put together."""
+    rows = [(f"{run.name}\n{name}" if len(runs) > 1 else name, works) for run in runs
+            for name, works in run.indicators.get("wall_s_by_work", {}).items()]
+    if not rows:
+        return None
+    total = {}
+    for _, works in rows:
+        for work, seconds in works.items():
+            if work not in ("waiting", "other"):
+                total[work] = total.get(work, 0) + seconds
+    shown = sorted(total, key=total.get, reverse=True)[:7]
+    figure, axis = plt.subplots(figsize=(WIDTH, 1.0 + 0.32 * len(rows)))
+    left = np.zeros(len(rows))
+    for i, work in enumerate([*shown, "other"]):
+        values = [sum(seconds for each, seconds in works.items() if each not in [*shown, "waiting"]) if work == "other"
+                  else works.get(work, 0) for _, works in rows]
+        axis.barh(range(len(rows)), values, left=left, color=colour(i), label=work, height=0.7)
+        left += values
+    axis.set_yticks(range(len(rows)), [name for name, _ in rows])
+    axis.invert_yaxis()
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel("wall time [s], mean of the ranks, without waiting")
+    figure.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.0)
+    figure.tight_layout()
+    return figure
+
+
+# File, title in the page, function.
+ALL = (("pv_loop", "Pressure-volume loop", pressure_volume_loop),
+       ("volume_pressure", "Volume and pressure of the ventricle", volume_and_pressure),
+       ("flows", "Flow through the valves", flows), ("budget", "Blood that passes the wall", budget),
+       ("wall", "Wall", wall), ("iterations", "Iterations a step", iterations), ("cost", "Cost by part", cost))
