@@ -33,6 +33,23 @@ struct LagrangeSpace::Discretisation {
   std::vector<dealii::DoFHandler<3>::active_cell_iterator> cells; ///< [slot]
 };
 
+namespace {
+
+/// The symmetric rule of degree 2 on the unit simplex, a point for each vertex (Hammer, Stroud 1956, Math. Tables Aids
+/// Comput. 10). QGaussSimplex of deal.II 9.4 is of degree 3, but not symmetric, and has half as many points again.
+template <int dim>
+dealii::Quadrature<dim> quadratic_rule() {
+  const double other = (dim + 2 - std::sqrt(dim + 2.)) / ((dim + 1) * (dim + 2)), own = 1 - dim * other,
+               weight = (dim == 3 ? 1. / 6 : 1. / 2) / (dim + 1);
+  std::vector<dealii::Point<dim>> points(dim + 1); // the first vertex is the origin
+  for (unsigned vertex = 0; vertex <= dim; ++vertex)
+    for (unsigned i = 0; i < dim; ++i)
+      points[vertex][i] = i + 1 == vertex ? own : other;
+  return dealii::Quadrature<dim>(points, std::vector<double>(dim + 1, weight));
+}
+
+} // namespace
+
 LagrangeSpace::LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, unsigned refinements, unsigned degree)
     : discretisation_(std::make_unique<Discretisation>(communicator)), communicator_(communicator), degree_(degree),
       labels_(mesh.labels), material_names_(mesh.material_names) {
@@ -49,8 +66,8 @@ LagrangeSpace::LagrangeSpace(MPI_Comm communicator, const geometry::Mesh &mesh, 
     d.mapping = std::make_unique<dealii::MappingFE<3>>(dealii::FE_SimplexP<3>(1));
     // Symmetric, so that the numbering of a cell's vertices does not matter, and exact for masses.
     if (degree == 1) {
-      d.quadrature = dealii::QGaussSimplex<3>(2);
-      d.face_quadrature = dealii::QGaussSimplex<2>(2);
+      d.quadrature = quadratic_rule<3>();
+      d.face_quadrature = quadratic_rule<2>();
     } else {
       d.quadrature = dealii::QWitherdenVincentSimplex<3>(3);
       d.face_quadrature = dealii::QWitherdenVincentSimplex<2>(3);
