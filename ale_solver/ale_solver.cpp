@@ -1,7 +1,12 @@
 #include "ale_solver/ale_solver.h"
 
+#include "common/bus/failure.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace heartbus::ale {
 
@@ -12,7 +17,7 @@ ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &paramete
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     if (on[node])
       interface_nodes_.push_back(node);
-  displacement_.resize(3 * interface_nodes_.size());
+  displacement_.assign(3 * interface_nodes_.size(), std::numeric_limits<double>::quiet_NaN()); // until it comes
 }
 
 void ALESolver::declare(bus::Declaration &bus) {
@@ -22,6 +27,8 @@ void ALESolver::declare(bus::Declaration &bus) {
   bus.input("displacement", "interface", 3, "m", displacement_);
   bus.output("mesh_motion", "cavity", 3, "m", "n+1", mesh_motion_);
   bus.scalar("lifting_iterations", "1", [this] { return double(iterations_); });
+  bus.scalar(
+      "mesh_min_J", "1", [this] { return problem_.smallest_J(); }, bus::Combine::min);
 }
 
 /// First guess: the parabola through the last three motions.
@@ -40,7 +47,18 @@ void ALESolver::commit_step(const bus::Step &) {
   has_history_ = true;
 }
 
+/// A mesh that nobody moves would be at rest without a word.
+void ALESolver::require_displacement() {
+  const int missing =
+      std::any_of(displacement_.begin(), displacement_.end(), [](double value) { return std::isnan(value); });
+  if (!has_displacement_ && dealii::Utilities::MPI::max(missing, space_.communicator()))
+    throw Failure(ExitCode::scene, "lifting needs 'displacement' of the interface, which nobody sends: let 'mech' take "
+                                   "part, or play a recording in its place (program: replay)");
+  has_displacement_ = true;
+}
+
 void ALESolver::solve_step(const bus::Step &) {
+  require_displacement();
   for (std::size_t k = 0; k < displacement_.size(); ++k)
     motion_.local_element(3 * interface_nodes_[k / 3] + k % 3) = displacement_[k];
   iterations_ = problem_.lift(motion_);

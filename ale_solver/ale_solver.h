@@ -24,11 +24,12 @@ class ALESolver : public bus::Solver {
 
  private:
   void visit(io::State &state);
+  void require_displacement();
 
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
   fem::Vector motion_, motion_n_, motion_nm1_, motion_nm2_;
-  bool has_history_ = false;
+  bool has_history_ = false, has_displacement_ = false;
   std::vector<unsigned> interface_nodes_;          ///< owned
   std::vector<double> displacement_, mesh_motion_; ///< what the bus fills and reads
   unsigned iterations_ = 0;

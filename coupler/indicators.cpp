@@ -19,16 +19,21 @@ double largest(const std::vector<double> &values, const Rows &rows) {
   return *std::max_element(values.begin() + rows.first, values.begin() + rows.last + 1);
 }
 
-void add_volumes(const std::vector<double> &volume, const Rows &rows, const ValveTimes &valves, bool has_valves,
-                 Json &result) {
+void add_volumes(const std::vector<double> &volume, const Rows &rows, const ValveTimes &valves, Json &result) {
   const std::size_t begin = valves.aortic_opens.value_or(rows.last); // of ejection
   const double EDV = largest(volume, {rows.first, begin});
   result["EDV_mL"] = EDV / cubic_metre_per_mL;
-  if (has_valves && !valves.aortic_closes)
+  if (!valves.aortic_closes)
     return;
-  const double ESV = smallest(volume, {has_valves ? begin : rows.first, rows.last});
+  const double ESV = smallest(volume, {begin, rows.last});
   result["ESV_mL"] = ESV / cubic_metre_per_mL;
   result["EF_percent"] = 100 * (EDV - ESV) / EDV;
+}
+
+/// Without valves nothing is ejected.
+void add_extreme_volumes(const std::vector<double> &volume, const Rows &rows, Json &result) {
+  result["V_max_mL"] = largest(volume, rows) / cubic_metre_per_mL;
+  result["V_min_mL"] = smallest(volume, rows) / cubic_metre_per_mL;
 }
 
 void add_losses(const std::vector<double> &volume, const ValveTimes &valves, Json &result) {
@@ -81,8 +86,10 @@ Json of_beat(const History &history, const std::vector<Phase> &all, const Beat &
   const ValveTimes valves = valve_times(all, beat);
   const double begin = (beat.number - 1) * period;
   Json result{{"beat", beat.number}, {"start", begin}, {"end", time[rows.last]}, {"complete", beat.complete}};
-  if (!volume.empty()) {
-    add_volumes(volume, rows, valves, !all.empty(), result);
+  if (!volume.empty() && all.empty()) {
+    add_extreme_volumes(volume, rows, result);
+  } else if (!volume.empty()) {
+    add_volumes(volume, rows, valves, result);
     add_losses(volume, valves, result);
   }
   if (!pressure.empty())

@@ -15,8 +15,10 @@ double isovolumetric_loss(const std::vector<double> &volume, const Rows &rows);
 ///     EDV_mL                    largest volume from the beat's beginning to the beginning of ejection
 ///     ESV_mL                    smallest volume from there on; once ejection has ended
 ///     EF_percent                (EDV - ESV) / EDV of this very beat
+///     V_max_mL, V_min_mL        extreme volumes, of a run without valves in place of the three above
 ///     ILI_C_percent             loss from the closing of the mitral valve (at first: from the start) to the opening of
-///     the aortic ILI_R_percent             loss from the closing of the aortic valve to the opening of the mitral
+///                               the aortic
+///     ILI_R_percent             loss from the closing of the aortic valve to the opening of the mitral
 ///     p_max_mmHg                largest mean pressure
 ///     activation_time_ms        of the last point, since the beat's beginning; activated_percent when some are missing
 ///     J_min, wall_volume_min_percent, clamped_share_max_percent       of the wall, see mech_solver
@@ -24,8 +26,7 @@ double isovolumetric_loss(const std::vector<double> &volume, const Rows &rows);
 ///     phases                    names, start and end [s] since the start of the run
 ///     change_percent            of EDV, ESV and p_max against the beat before
 ///
-/// Without valves EDV and ESV are the extreme volumes. mean_coupling_iterations is of the whole run. What the run does
-/// not have is left out.
+/// mean_coupling_iterations is of the whole run. What the run does not have is left out.
 nlohmann::ordered_json indicators(const History &history, double period);
 
 /// "change_percent" of the last complete beat; empty while there is none with one before it.

@@ -5,12 +5,14 @@
 #include "common/log/log.h"
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
+#include "coupler/provenance.h"
 #include "coupler/step_log.h"
 #include "coupler/trace_file.h"
 
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
@@ -214,6 +216,7 @@ Sequence Simulation::meet_participants() {
   const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
   check(sequence, coordinator_.participants());
   write_file(folder_ + "/scene.resolved.yaml", text);
+  write_file(folder_ + "/provenance.json", provenance(folder_));
   log_->info("{}: {}", scene_.name, to_text(sequence));
   return sequence;
 }
@@ -305,24 +308,24 @@ void Simulation::write_indicators(std::size_t n_steps, double wall_seconds) cons
   result["peak_memory_MiB"] = memory / MiB;
   if (result.contains("phases") && !result["beats"][0]["complete"])
     log_->info("no beat of {:g} ms is complete: the indicators are of what there is", 1e3 * scene_.time.period);
-  print_beats(result["beats"]);
-  for (const auto &[key, value] : result.items())
-    if (value.is_number())
-      log_->info("{:20} {:g}", key, value.get<double>());
+  print_numbers(result);
   write_file(folder_ + "/indicators.json", result.dump(2) + "\n");
 }
 
-/// One line for each, when there are several.
-void Simulation::print_beats(const nlohmann::ordered_json &beats) const {
-  for (const auto &beat : beats) {
-    if (beats.size() == 1)
-      return;
+/// A launcher has a table of them.
+void Simulation::print_numbers(const nlohmann::ordered_json &result) const {
+  const auto log = std::getenv("HEARTBUS_PULSE") ? for_the_file(*log_) : log_;
+  const auto &beats = result["beats"];
+  for (std::size_t i = 0; beats.size() > 1 && i < beats.size(); ++i) {
     std::string line;
-    for (const auto &[key, value] : beat.items())
+    for (const auto &[key, value] : beats[i].items())
       if (value.is_number_float() && key != "start" && key != "end")
         line += fmt::format("  {} {:.4g}", key, value.get<double>());
-    log_->info("beat {}{}{}", beat["beat"].get<int>(), beat["complete"] ? "" : " (incomplete)", line);
+    log->info("beat {}{}{}", beats[i]["beat"].get<int>(), beats[i]["complete"] ? "" : " (incomplete)", line);
   }
+  for (const auto &[key, value] : result.items())
+    if (value.is_number())
+      log->info("{:20} {:g}", key, value.get<double>());
 }
 
 } // namespace heartbus::coupler

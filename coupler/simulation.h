@@ -39,7 +39,7 @@ class Simulation {
   void end_trace();
   bool is_periodic() const;
   void tell_changes() const; ///< whether the beats became periodic, if that was asked for
-  void print_beats(const nlohmann::ordered_json &beats) const;
+  void print_numbers(const nlohmann::ordered_json &result) const;
   void add_costs(nlohmann::ordered_json &result) const;
   void write_indicators(std::size_t n_steps, double wall_seconds) const;
 

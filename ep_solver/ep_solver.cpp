@@ -26,6 +26,7 @@ EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<
   n_.v_before = n_.v;
   n_.ionic = model_->uniform_states(space.n_owned_nodes(), cell.states);
   n_.activation.assign(space.n_owned_nodes(), std::numeric_limits<double>::quiet_NaN());
+  n_.repolarisation = n_.activation;
   np1_ = n_;
   model_->get_calcium(space.n_owned_nodes(), n_.ionic, calcium_.data());
 }
@@ -78,8 +79,10 @@ double EPSolver::advance_by(int n_substeps, const bus::Step &step) {
   np1_.v_before = n_.v_before;
   np1_.dt_before = n_.dt_before;
   np1_.activation = n_.activation;
+  np1_.repolarisation = n_.repolarisation;
   if (step.time - step.size < beat_begin_ + 1e-9 * period_)
-    np1_.activation.assign(np1_.activation.size(), std::numeric_limits<double>::quiet_NaN());
+    for (auto *times : {&np1_.activation, &np1_.repolarisation})
+      times->assign(times->size(), std::numeric_limits<double>::quiet_NaN());
   double estimate = 0;
   for (int k = 0; k < n_substeps; ++k)
     estimate =
@@ -111,7 +114,8 @@ double EPSolver::advance(double end, double dt, const std::vector<Lanes> &ionic_
 double EPSolver::finish_substep(double end, double dt, State &state) {
   const bool in_the_middle = integrator_ == Integrator::exponential_midpoint;
   const double ratio = dt / state.dt_before;
-  constexpr double scale = 0.1; // [V], an action potential
+  constexpr double scale = 0.1;          // [V], an action potential
+  constexpr double repolarised = -70e-3; // [V], nine tenths of the way back
   double largest = 0;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
     double &v_before = state.v_before.local_element(node), &v = state.v.local_element(node);
@@ -119,6 +123,8 @@ double EPSolver::finish_substep(double end, double dt, State &state) {
     largest = std::max(largest, std::abs(v_np1 - v_n - ratio * (v_n - v_before)));
     if (std::isnan(state.activation[node]) && v_n < 0 && v_np1 >= 0)
       state.activation[node] = end - dt * v_np1 / (v_np1 - v_n) - beat_begin_;
+    if (!std::isnan(state.activation[node]) && v_n >= repolarised && v_np1 < repolarised) // the last time counts
+      state.repolarisation[node] = end - dt * (v_np1 - repolarised) / (v_np1 - v_n) - beat_begin_;
     v_before = v_n;
     v = v_np1;
   }
@@ -133,6 +139,7 @@ void EPSolver::commit_step(const bus::Step &step) {
   n_.longest = np1_.longest;
   n_.ionic.swap(np1_.ionic);
   n_.activation.swap(np1_.activation);
+  n_.repolarisation.swap(np1_.repolarisation);
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
 }
@@ -144,6 +151,7 @@ void EPSolver::visit(io::State &state) {
   state.number("substep", n_.dt_before);
   state.number("longest_substep", n_.longest);
   state.partial_field("activation_time", 1, n_.activation.data());
+  state.partial_field("repolarisation_time", 1, n_.repolarisation.data());
   const unsigned n_kept = model_->n_kept();
   std::vector<double> ionic(space_.n_owned_nodes() * n_kept); // [node][what is kept]
   const auto in_blocks = [&](std::size_t k) -> double & {
@@ -175,6 +183,7 @@ void EPSolver::finish() {
   io::FieldWriter map(space_.communicator(), folder_, "activation", fem::output_mesh(space_));
   map.begin(0);
   map.nodal("activation_time", 1, n_.activation.data());
+  map.nodal("repolarisation_time", 1, n_.repolarisation.data());
   map.end();
 }
 

@@ -21,7 +21,7 @@ class EPSolver : public bus::Solver {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
   EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, const Parameters &parameters);
-  /// Writes potential and calcium when they are due, the activation map in the end.
+  /// Writes potential and calcium when they are due, the maps of activation and repolarisation in the end.
   void write_fields(const std::string &folder, const OutputParameters &output);
 
   void declare(bus::Declaration &declaration) override;
@@ -49,7 +49,7 @@ class EPSolver : public bus::Solver {
     double dt_before = 1;    ///< length of that substep [s]
     double longest = 1;      ///< substep that the next step of the coupling starts with, at most [s]
     std::vector<fem::Lanes> ionic;
-    std::vector<double> activation;
+    std::vector<double> activation, repolarisation; ///< of this beat, from its begin [s]; NaN: not yet
   };
   double advance_by(int n_substeps, const bus::Step &step);
   double advance(double end, double dt, const std::vector<fem::Lanes> &ionic_n, State &state);

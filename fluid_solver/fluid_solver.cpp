@@ -6,6 +6,8 @@
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <spdlog/fmt/fmt.h>
 
@@ -38,7 +40,14 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
 }
 
 void FluidSolver::couple(const CouplingParameters &coupling) {
+  if (coupling.scheme == "one_way") {
+    problem_.follow_motion();
+    require_opening();
+    return;
+  }
   coupling_ = coupling;
+  for (auto *datum : {&wall_velocity_, &wall_force_}) // until they come
+    datum->assign(datum->size(), std::numeric_limits<double>::quiet_NaN());
   if (coupling.automatic_alpha)
     problem_.set_alpha(0); // until it is known
   alpha_limit_.resize(interface_nodes_.size());
@@ -47,6 +56,35 @@ void FluidSolver::couple(const CouplingParameters &coupling) {
   probe_force_ = probe_velocity_ = unit_pressure_force_ = blood_velocity_;
   if (coupling.acceleration == "anderson")
     problem_.accelerate();
+}
+
+/// Where all of the boundary moves as prescribed the blood has nowhere to go, and its pressure is anybody's guess.
+void FluidSolver::require_opening() const {
+  if (valves_ || inlet_)
+    return;
+  std::vector<std::string> moved = parameters_.no_slip;
+  moved.insert(moved.end(), parameters_.slip.begin(), parameters_.slip.end());
+  moved.push_back("interface");
+  for (const auto &label : space_.labels())
+    if (std::find(moved.begin(), moved.end(), label) == moved.end())
+      return;
+  throw Failure(ExitCode::scene, "fluid: in the scheme one_way the blood follows a prescribed motion, but all of its "
+                                 "boundary is 'interface', 'no_slip' or 'slip': it needs an opening");
+}
+
+/// Blood without its Robin datum would be left to itself, at no pressure.
+void FluidSolver::require_wall() {
+  if (!coupling_ || has_wall_)
+    return;
+  const auto is_missing = [](const std::vector<double> &datum) {
+    return std::any_of(datum.begin(), datum.end(), [](double value) { return std::isnan(value); });
+  };
+  const int missing = is_missing(wall_velocity_) || is_missing(wall_force_);
+  if (dealii::Utilities::MPI::max(missing, space_.communicator()))
+    throw Failure(ExitCode::scene, "the blood needs 'wall_velocity' and 'wall_force' on the interface, which nobody sends: "
+                                   "let 'mech' take part, or write 'coupling: {scheme: one_way}' for blood in a "
+                                   "prescribed motion");
+  has_wall_ = true;
 }
 
 void FluidSolver::write_fields(const std::string &folder, const OutputParameters &output) {
@@ -62,12 +100,15 @@ void FluidSolver::declare(bus::Declaration &bus) {
   fem::declare_faces(space_, "interface", bus);
   bus.input("mesh_motion", "cavity", 3, "m", mesh_motion_);
   bus.input("held", "interface", 3, "1", held_);
-  bus.input("wall_velocity", "interface", 3, "m/s", wall_velocity_);
-  bus.input("wall_force", "interface", 3, "N", wall_force_);
+  if (!problem_.follows_motion()) {
+    bus.input("wall_velocity", "interface", 3, "m/s", wall_velocity_);
+    bus.input("wall_force", "interface", 3, "N", wall_force_);
+  }
   bus.output("blood_force", "interface", 3, "N", "n+1", blood_force_);
   bus.task("hold", [this](const bus::Step &) { hold(); });
   bus.task("start", [this](const bus::Step &) { start(); });
-  bus.task("budget", [this](const bus::Step &) { budget(on_interface(wall_velocity_)); });
+  if (!problem_.follows_motion())
+    bus.task("budget", [this](const bus::Step &) { budget(on_interface(wall_velocity_)); });
   bus.scalar("volume", "m^3", [this] { return problem_.volume(); });
   bus.scalar("mean_pressure", "Pa", [this] { return problem_.mean_pressure(); });
   if (valves_) {
@@ -75,6 +116,8 @@ void FluidSolver::declare(bus::Declaration &bus) {
     bus.scalar("aortic_flow", "m^3/s", [this] { return at_aortic_.flow; });
     bus.state("phase", Valves::phase_names(), [this] { return int(valves_->phase()); });
   }
+  if (inlet_)
+    bus.scalar("inlet_flow", "m^3/s", [this] { return -(inlet_->flux * problem_.state()); });
   bus.scalar("fluid_iterations", "1", [this] { return double(statistics_.iterations); });
   bus.scalar("fluid_residual", "1", [this] { return statistics_.residual; });
   bus.scalar("volume_defect", "m^3/s", [this] { return budget_.volume_defect; });
@@ -158,19 +201,22 @@ void FluidSolver::probe(const bus::Step &step) {
 void FluidSolver::prepare_step(const bus::Step &step) {
   blood_at_rest_.reset();
   choose_alpha();
-  if (valves_)
-    switch_valves(step.time - step.size);
-  if (inlet_)
-    inlet_->pressure = parameters_.inlet.at(step.time);
   Vector motion = space_.make_vector(3);
   std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
+  if (valves_ && problem_.follows_motion())
+    valves_->follow(problem_.volume_rate(motion));
+  else if (valves_)
+    switch_valves(step.time - step.size);
+  if (valves_)
+    show_valves();
+  if (inlet_)
+    inlet_->pressure = parameters_.inlet.pressure.at(step.time);
   problem_.prepare(motion);
 }
 
 void FluidSolver::switch_valves(double time) {
   if (const auto reason = valves_->update(time, problem_.mean_pressure(), at_mitral_, at_aortic_))
     log_->info("t = {:.4f} s: {}; {}", time, *reason, Valves::phase_names()[valves_->phase()]);
-  show_valves();
 }
 
 /// `direction`: 1 if the valve lets blood out, -1 if it lets it in.
@@ -197,6 +243,7 @@ void FluidSolver::to_interface(const Vector &v, std::vector<double> &values) con
 }
 
 void FluidSolver::solve_step(const bus::Step &step) {
+  require_wall();
   statistics_ = problem_.solve(on_interface(wall_velocity_), on_interface(wall_force_), step.iteration);
   coupling_iterations_ = step.iteration + 1;
   to_interface(problem_.blood_force(), blood_force_);

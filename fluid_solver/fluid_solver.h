@@ -61,6 +61,8 @@ class FluidSolver : public bus::Solver {
   void refuse_instability(const bus::Step &step);
   void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
   void watch_inflow(const bus::Step &step);
+  void require_wall();
+  void require_opening() const;
   void switch_valves(double time);
   void show_valves(); ///< to the problem
   AtOrifice at(const Orifice &orifice, double direction) const;
@@ -89,6 +91,7 @@ class FluidSolver : public bus::Solver {
   NavierStokesProblem::Budget budget_;
 
   std::optional<CouplingParameters> coupling_;         ///< with a wall in another participant
+  bool has_wall_ = false;                              ///< it has sent what the Robin condition needs
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InstabilityWatch watch_;
   InflowWatch inflow_watch_; ///< of the mitral valve, or the inlet

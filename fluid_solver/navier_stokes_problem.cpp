@@ -121,11 +121,37 @@ void NavierStokesProblem::forget_preconditioner() {
   iterate_moves_.forget();
 }
 
-void NavierStokesProblem::prepare(const Vector &motion) {
+void NavierStokesProblem::follow_motion() {
+  follows_motion_ = true;
+  alpha_ = 0;
+  constraints_are_known_ = false;
+}
+
+/// Of the mesh, from d^n to d^{n+1}; zero off the interface.
+void NavierStokesProblem::set_interface_velocity() {
+  const auto on = space_.nodes_on("interface");
+  for (unsigned k = 0; k < 3 * space_.n_owned_nodes(); ++k)
+    if (on[k / 3])
+      boundary_values.local_element(4 * (k / 3) + k % 3) = (d_np1_.local_element(k) - d_n_.local_element(k)) / dt_;
+}
+
+void NavierStokesProblem::move(const Vector &motion) {
   fem::copy_owned(motion, d_np1_);
   d_np1_.update_ghost_values();
   if (interface_)
     interface_->move(d_np1_);
+}
+
+double NavierStokesProblem::volume_rate(const Vector &motion) {
+  move(motion);
+  set_interface_velocity();
+  return interface_->flux_functional() * boundary_values;
+}
+
+void NavierStokesProblem::prepare(const Vector &motion) {
+  move(motion);
+  if (follows_motion_)
+    set_interface_velocity();
   update_constraints();
   set_guess();
   assemble();
@@ -154,6 +180,8 @@ void NavierStokesProblem::update_constraints() {
     fem::fix_vector(space_, 4, label, constrained_);
   for (const auto &label : parameters_.slip)
     fem::fix_normal(space_, 4, label, constrained_);
+  if (follows_motion_)
+    fem::fix_vector(space_, 4, "interface", constrained_);
   for (const auto &orifice : orifices_)
     if (!orifice->open)
       fem::fix_vector(space_, 4, orifice->label, constrained_);
@@ -348,6 +376,8 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
     fem::zero_constrained(force_, constrained_);
     force_ -= datum_;
   }
+  if (follows_motion_)
+    set_reaction_force();
   return statistics;
 }
 
@@ -393,6 +423,15 @@ Vector NavierStokesProblem::reaction() const {
   integrate_cells(x_, nullptr, r);
   r *= -1;
   return r;
+}
+
+/// What holds the blood on the interface, it puts on the wall.
+void NavierStokesProblem::set_reaction_force() {
+  const auto on = space_.nodes_on("interface");
+  fem::copy_owned(reaction(), force_);
+  for (unsigned k = 0; k < 4 * space_.n_owned_nodes(); ++k)
+    if (!on[k / 4] || k % 4 == 3)
+      force_.local_element(k) = 0;
 }
 
 void NavierStokesProblem::add_pressure(double pressure) {

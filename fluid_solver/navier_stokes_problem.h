@@ -55,6 +55,12 @@ class NavierStokesProblem {
   /// Without an old state, u^n = 0: the operator of motions that alternate from step to step, u^n = -u^{n+1}.
   void take_alternating_motion() { inertia_ = 2; }
 
+  /// Instead of the Robin condition the blood on the interface moves as the mesh does, u = (d^{n+1} - d^n)/dt, whatever
+  /// the wall says.
+  void follow_motion();
+  bool follows_motion() const { return follows_motion_; }
+  /// By which the interface would enlarge the cavity if the mesh went on to this motion [m^3/s].
+  double volume_rate(const fem::Vector &motion);
   /// Holds the velocities whose entries are not zero, as the wall does, whatever is open: those of the rim. Collective.
   void hold(const fem::Vector &held);
   /// Adds a valve or an opening; closed at first.
@@ -126,6 +132,9 @@ class NavierStokesProblem {
   fem::Vector &old_state() { return x_n_; }
 
  private:
+  void move(const fem::Vector &motion);
+  void set_interface_velocity();
+  void set_reaction_force();
   void update_constraints();
   void set_guess();
   void assemble();
@@ -148,7 +157,7 @@ class NavierStokesProblem {
   std::vector<std::unique_ptr<Orifice>> orifices_;
   std::vector<bool> orifices_open_; ///< for which the constraints stand
   fem::Constraints constrained_, held_by_the_wall_; ///< empty on a rank without nodes
-  bool constraints_are_known_ = false;
+  bool constraints_are_known_ = false, follows_motion_ = false;
   fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
   fem::RoundedMatrix A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;

@@ -13,14 +13,10 @@ constexpr config::Range blood_pressure = config::between(-1e6, 1e6, "pressures o
 
 } // namespace
 
-/// A step that ends with the pulse belongs to it, whatever the round-off.
-double InletParameters::at(double time) const { return time < duration * (1 + 1e-9) ? pressure : 0; }
-
 void InletParameters::describe(config::Section &s) {
   s.text("label", label, "boundary part through which it comes; empty: none");
-  s.quantity("pressure", pressure, "Pa", blood_pressure,
-             "on the blood while it lasts; afterwards 0 Pa, as on all boundaries without a condition");
-  s.quantity("duration", duration, "s", non_negative, "time from the start");
+  pressure.describe(s.section("pressure", "on the blood there; 0 Pa on all boundaries without a condition"), "Pa",
+                    blood_pressure, "pressure");
 }
 
 void Parameters::describe(config::Section &s) {
@@ -29,7 +25,7 @@ void Parameters::describe(config::Section &s) {
   s.quantity("initial_pressure", initial_pressure, "Pa", blood_pressure, "pressure at the start");
   s.texts("no_slip", no_slip, "boundary labels where the blood is at rest; closed valves join them");
   s.texts("slip", slip, "flat boundary labels, each normal to a coordinate axis, along which the blood slides");
-  inlet.describe(s.section("inlet", "an opening with a pulse of pressure"));
+  inlet.describe(s.section("inlet", "an opening under pressure"));
   s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", blood_pressure, "atrial pressure at the open mitral valve");
   s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", blood_pressure, "pressure of the aorta without flow");
   s.quantity("aortic_resistance", aortic_resistance, "kg/(s m^4)", non_negative,
@@ -45,7 +41,7 @@ void Parameters::describe(config::Section &s) {
   s.number("tolerance", tolerance, config::between(1e-14, 1e-2), "of the linear solver, relative to the loads");
   s.choice("preconditioner", preconditioner, {"ilu", "simplec"}, "of the linear solver");
   if (std::count(no_slip.begin(), no_slip.end(), inlet.label))
-    s.fail("inlet", "no pulse comes through '" + inlet.label + "', which is in 'no_slip'");
+    s.fail("inlet", "nothing comes through '" + inlet.label + "', which is in 'no_slip'");
 }
 
 } // namespace heartbus::fluid

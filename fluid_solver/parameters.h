@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/config/section.h"
+#include "common/config/table.h"
 #include "fluid_solver/valves.h"
 
 #include <string>
@@ -8,11 +9,10 @@
 
 namespace heartbus::fluid {
 
-/// An opening in which the blood stands under a pressure from outside, for a while: a pulse.
+/// An opening in which the blood stands under a pressure from outside, in time.
 struct InletParameters {
-  std::string label;                 ///< empty: none
-  double pressure = 0, duration = 0; ///< [Pa], [s]
-  double at(double time) const;
+  std::string label;      ///< empty: none
+  config::Table pressure; ///< [Pa]
   void describe(config::Section &section);
 };
 

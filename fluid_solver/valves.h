@@ -45,6 +45,10 @@ class Valves {
   /// Decides at time t (since the start) with the mean pressure of the cavity [Pa]. Says which valve switched and why, if one did.
   std::optional<std::string> update(double t, double mean_pressure, const AtOrifice &mitral, const AtOrifice &aortic);
 
+  /// Where the wall's motion is prescribed, and with it the flow: one of the two is always open, the aortic valve while
+  /// the cavity shrinks.
+  void follow(double volume_rate) { phase_ = volume_rate < 0 ? ejection : filling; }
+
   /// To be saved or loaded.
   void visit(io::State &state);
 

@@ -77,10 +77,10 @@ void Pericardium::add_tangent(double damping_factor, fem::NodalMatrix &K) const 
   }
 }
 
-FollowerPressure::FollowerPressure(const fem::LagrangeSpace &space, const std::string &label)
+LoadedSurface::LoadedSurface(const fem::LagrangeSpace &space, const std::string &label)
     : space_(space), faces_(space.faces(label)) {}
 
-Mat3<double> FollowerPressure::deformation(unsigned f, unsigned q, const fem::Vector &d) const {
+Mat3<double> LoadedSurface::deformation(unsigned f, unsigned q, const fem::Vector &d) const {
   Mat3<double> F = fem::identity<double>();
   const unsigned *nodes = space_.cell_nodes(faces_.slots[f]);
   const double *g = &faces_.gradients[(f * faces_.n_q + q) * faces_.nodes_per_cell * 3];
@@ -91,7 +91,7 @@ Mat3<double> FollowerPressure::deformation(unsigned f, unsigned q, const fem::Ve
   return F;
 }
 
-void FollowerPressure::add_force(double pressure, const fem::Vector &d, fem::Vector &r) const {
+void LoadedSurface::add_force(double pressure, const fem::Vector &d, fem::Vector &r) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned q = 0; q < faces_.n_q; ++q) {
       const unsigned fq = f * faces_.n_q + q;
@@ -106,7 +106,33 @@ void FollowerPressure::add_force(double pressure, const fem::Vector &d, fem::Vec
     }
 }
 
-void FollowerPressure::apply_mass(const fem::Vector &d, const fem::Vector &x, fem::Vector &y) const {
+void LoadedSurface::add_traction(const Vec3<double> &traction, fem::Vector &r) const {
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned q = 0; q < faces_.n_q; ++q) {
+      const unsigned fq = f * faces_.n_q + q;
+      for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
+        for (unsigned i = 0; i < 3; ++i)
+          r.begin()[space_.cell_nodes(faces_.slots[f])[a] * 3 + i] +=
+              faces_.JxW[fq] * faces_.shapes[fq * faces_.nodes_per_cell + a] * traction[i];
+    }
+}
+
+double LoadedSurface::own_volume(const fem::Vector &d) const {
+  double volume = 0;
+  for (unsigned f = 0; f < faces_.n_faces; ++f)
+    for (unsigned q = 0; q < faces_.n_q && faces_.owned[f]; ++q) {
+      const unsigned fq = f * faces_.n_q + q, *nodes = space_.cell_nodes(faces_.slots[f]);
+      const Vec3<double> N = {faces_.normals[3 * fq], faces_.normals[3 * fq + 1], faces_.normals[3 * fq + 2]};
+      const Vec3<double> area = fem::cofactor(deformation(f, q, d)) * N;
+      for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
+        for (unsigned i = 0; i < 2; ++i)
+          volume += 0.5 * faces_.JxW[fq] * faces_.shapes[fq * faces_.nodes_per_cell + a] * area[i] *
+                    (space_.points()[nodes[a]][i] + d.begin()[3 * nodes[a] + i]);
+    }
+  return volume;
+}
+
+void LoadedSurface::apply_mass(const fem::Vector &d, const fem::Vector &x, fem::Vector &y) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned q = 0; q < faces_.n_q; ++q) {
       const unsigned fq = f * faces_.n_q + q, *nodes = space_.cell_nodes(faces_.slots[f]);
@@ -124,12 +150,12 @@ void FollowerPressure::apply_mass(const fem::Vector &d, const fem::Vector &x, fe
     }
 }
 
-void FollowerPressure::add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     add_face_tangent(f, pressure, d, K);
 }
 
-void FollowerPressure::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
   for (unsigned q = 0; q < faces_.n_q; ++q) {
     const unsigned fq = f * faces_.n_q + q;
     const double *N = &faces_.normals[3 * fq], *shape = &faces_.shapes[fq * faces_.nodes_per_cell];

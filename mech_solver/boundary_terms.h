@@ -30,14 +30,19 @@ class Pericardium {
   std::vector<Pair> pairs_;
 };
 
-/// Pressure that follows the surface of one label: the load on the solid is -int p J F^{-T} N . phi over the reference
+/// One label's part of the boundary, for loads on it. Pressure follows the surface: the load on the solid is -int p J F^{-T} N . phi over the reference
 /// area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in direction e_j phi_b is the vector e_j x w_b.
-class FollowerPressure {
+class LoadedSurface {
  public:
-  FollowerPressure(const fem::LagrangeSpace &space, const std::string &label);
+  LoadedSurface(const fem::LagrangeSpace &space, const std::string &label);
   /// r += pressure * int J F^{-T} N . phi (an inner force: the load with its sign turned). Ghosts of d up to date.
   void add_force(double pressure, const fem::Vector &d, fem::Vector &r) const;
   void add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+  /// r += int traction . phi over the area at rest.
+  void add_traction(const fem::Vec3<double> &traction, fem::Vector &r) const;
+  /// This rank's part of int (x n_x + y n_y) / 2 over the moved area: with flat lids across z the volume that
+  /// the surface encloses, positive where its normals point outwards.
+  double own_volume(const fem::Vector &d) const;
   /// y += int x . phi over the moved area. Ghosts of d and x up to date.
   void apply_mass(const fem::Vector &d, const fem::Vector &x, fem::Vector &y) const;
 

@@ -125,15 +125,65 @@ HEARTBUS_INLINE void mirror_upper_triangle(Lanes *K) {
           K[(b * n + a) * 9 + 3 * k + i] = K[(a * n + b) * 9 + 3 * i + k];
 }
 
-template <unsigned n, class Law>
+/// What one quadrature point is told of the volume: its own J, or with mean dilatation that of its cell.
+template <unsigned n, bool mean>
+struct Dilatation {
+  template <class Law>
+  HEARTBUS_INLINE Dilatation(const Law &law, const ElasticityCells &cells) {
+    if constexpr (mean) {
+      for (unsigned q = 0; q < cells.n_q; ++q) {
+        NodeVectors<n> g;
+        Mat3<Lanes> F;
+        const Lanes J = deformation<n>(cells, q, g, F);
+        rest += cells.JxW[q];
+        now += cells.JxW[q] * J;
+      }
+      const Lanes J = rest > 0.0 ? Lanes(now / rest) : fem::lanes(1); // a cell of another region has no weight
+      const Volumetric<Lanes> volumetric = law.volumetric(J);
+      pressure = volumetric.J_dU / J;
+      modulus = rest > 0.0 ? Lanes(volumetric.J2_ddU / (J * J * rest)) : Lanes{};
+    }
+  }
+  template <class Law>
+  HEARTBUS_INLINE Volumetric<Lanes> at(const Law &law, const Lanes &J) const {
+    if constexpr (mean)
+      return {J * pressure, Lanes{}};
+    else
+      return law.volumetric(J);
+  }
+  Lanes rest{}, now{}, pressure{}, modulus{}; ///< V, v, U', U''/V
+};
+
+/// b_a += J F^{-T} g_a weight
+template <unsigned n>
+HEARTBUS_INLINE void add_volume_gradient(const ElasticityCells &cells, unsigned q, const NodeVectors<n> &g,
+                                         const Mat3<Lanes> &F, Lanes *b) {
+  const Mat3<Lanes> A = (cells.JxW[q] * fem::determinant(cells.frames[q])) * fem::cofactor(F);
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      b[3 * a + i] += A[i][0] * g[a][0] + A[i][1] * g[a][1] + A[i][2] * g[a][2];
+}
+
+/// K_ab += modulus b_a x b_b, a <= b.
+template <unsigned n>
+HEARTBUS_INLINE void add_dilatation_tangent(const Lanes &modulus, const Lanes *b, Lanes *K) {
+  for (unsigned c = 0; c < n; ++c)
+    for (unsigned a = 0; a <= c; ++a)
+      for (unsigned i = 0; i < 3; ++i)
+        for (unsigned k = 0; k < 3; ++k)
+          K[(a * n + c) * 9 + 3 * i + k] += modulus * b[3 * a + i] * b[3 * c + k];
+}
+
+template <unsigned n, bool mean, class Law>
 HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits) {
+  const Dilatation<n, mean> dilatation(law, cells);
   for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
     Symmetric<Lanes> S;
     const Lanes J = deformation<n>(cells, q, g, F), w = weight<n>(cells, q);
     const Symmetric<Lanes> C = right_cauchy_green(F);
-    law.stress(C, J, S);
+    law.stress(C, J, dilatation.at(law, J), S);
     add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S);
     update(limits, J, law.exponent(C), w);
     add_stress<n>(w, g, F, S, r);
@@ -141,9 +191,11 @@ HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lane
   add_inertia<n>(cells, r);
 }
 
-template <unsigned n, class Law>
+template <unsigned n, bool mean, class Law>
 HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
                                           DeformationLimits &limits) {
+  const Dilatation<n, mean> dilatation(law, cells);
+  [[maybe_unused]] std::array<Lanes, 3 * n> volume_gradient{};
   for (unsigned q = 0; q < n_strain_points<n>(cells); ++q) {
     NodeVectors<n> g;
     Mat3<Lanes> F;
@@ -152,13 +204,17 @@ HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells 
     std::array<std::array<Lanes, 9>, 9> A;
     const Lanes J = deformation<n>(cells, q, g, F), w = weight<n>(cells, q);
     const Symmetric<Lanes> C = right_cauchy_green(F);
-    law.stress_and_tangent(C, J, S, D);
+    law.stress_and_tangent(C, J, dilatation.at(law, J), S, D);
     add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S, D);
     update(limits, J, law.exponent(C), w);
     elasticity_tensor(F, S, D, A);
     add_stress<n>(w, g, F, S, r);
     add_tangent<n>(w, g, A, K);
+    if constexpr (mean)
+      add_volume_gradient<n>(cells, q, g, F, volume_gradient.data());
   }
+  if constexpr (mean)
+    add_dilatation_tangent<n>(dilatation.modulus, volume_gradient.data(), K);
   add_inertia<n>(cells, r);
   add_mass<n>(cells, K);
   mirror_upper_triangle<n>(K);
@@ -196,45 +252,48 @@ HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *num
 
 } // namespace
 
+/// The number of nodes and the treatment of the volume are constants of the inner loops. In a linear tetrahedron J is
+/// constant: its mean is itself.
+#define HEARTBUS_FOR_CELLS(function, arguments)                                                                        \
+  if (cells.nodes_per_cell == 8 && cells.mean_dilatation)                                                              \
+    function<8, true> arguments;                                                                                       \
+  else if (cells.nodes_per_cell == 8)                                                                                  \
+    function<8, false> arguments;                                                                                      \
+  else if (cells.nodes_per_cell == 4)                                                                                  \
+    function<4, false> arguments;                                                                                      \
+  else if (cells.mean_dilatation)                                                                                      \
+    function<10, true> arguments;                                                                                      \
+  else                                                                                                                 \
+    function<10, false> arguments
+
 HEARTBUS_SIMD void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r,
                                 DeformationLimits &limits) {
-  // the number of nodes is a constant of the inner loops
-  if (cells.nodes_per_cell == 8)
-    residual<8>(law, cells, r, limits);
-  else if (cells.nodes_per_cell == 4)
-    residual<4>(law, cells, r, limits);
-  else
-    residual<10>(law, cells, r, limits);
+  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
 }
 
 HEARTBUS_SIMD void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r,
                                 DeformationLimits &limits) {
-  if (cells.nodes_per_cell == 8)
-    residual<8>(law, cells, r, limits);
-  else if (cells.nodes_per_cell == 4)
-    residual<4>(law, cells, r, limits);
-  else
-    residual<10>(law, cells, r, limits);
+  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
+}
+
+HEARTBUS_SIMD void add_residual(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r,
+                                DeformationLimits &limits) {
+  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
 }
 
 HEARTBUS_SIMD void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
                                             DeformationLimits &limits) {
-  if (cells.nodes_per_cell == 8)
-    residual_and_tangent<8>(law, cells, r, K, limits);
-  else if (cells.nodes_per_cell == 4)
-    residual_and_tangent<4>(law, cells, r, K, limits);
-  else
-    residual_and_tangent<10>(law, cells, r, K, limits);
+  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
 }
 
 HEARTBUS_SIMD void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
                                             DeformationLimits &limits) {
-  if (cells.nodes_per_cell == 8)
-    residual_and_tangent<8>(law, cells, r, K, limits);
-  else if (cells.nodes_per_cell == 4)
-    residual_and_tangent<4>(law, cells, r, K, limits);
-  else
-    residual_and_tangent<10>(law, cells, r, K, limits);
+  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
+}
+
+HEARTBUS_SIMD void add_residual_and_tangent(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                                            DeformationLimits &limits) {
+  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
 }
 
 HEARTBUS_SIMD void add_active_force(const ElasticityCells &cells, Lanes *r) {

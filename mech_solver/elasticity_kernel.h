@@ -3,6 +3,7 @@
 #include "mech_solver/active/active_stress.h"
 #include "mech_solver/constitutive/guccione.h"
 #include "mech_solver/constitutive/neo_hookean.h"
+#include "mech_solver/constitutive/saint_venant_kirchhoff.h"
 
 namespace heartbus::mech {
 
@@ -14,6 +15,11 @@ namespace heartbus::mech {
 /// evaluated in the fibre frame: with R = [f s n] and g = R^T grad N, F R = R + sum_a d_a x g_a and P R = (F R) S, so
 /// that a law sees the frame's components only (constitutive/law.h), and r_a = (F R) S g_a. The tangent uses the tensor
 /// A = dP/dF of one quadrature point: K_ab = g_a . A . g_b, 27 products for each pair of nodes.
+///
+/// With mean dilatation (Nagtegaal, Parks, Rice 1974, doi:10.1016/0045-7825(74)90032-2; Simo, Taylor, Pister 1985,
+/// doi:10.1016/0045-7825(85)90033-7) the energy of volume of a cell is V U(v / V), with its volumes V at rest and v as it
+/// is, in place of int U(J): one condition a cell on its volume, where one a quadrature point would lock it. Its pressure
+/// U'(v/V) is the same in all of the cell, and with b_a = dv/dd_a the tangent has the additional part U''(v/V)/V b_a x b_b.
 struct ElasticityCells {
   // discretisation, reference configuration (see fem::LagrangeSpace)
   unsigned nodes_per_cell = 0, n_q = 0;
@@ -24,10 +30,11 @@ struct ElasticityCells {
   const Lanes *dispersion = nullptr;   ///< [q] share of the fibres along n
   // fields at the nodes of the cells
   const Lanes *displacement = nullptr; ///< [a][3] [m]
-  const Lanes *inertia = nullptr;      ///< [a][3] rho a [N/m^3]
+  const Lanes *inertia = nullptr;      ///< [a][3] rho (a - gravity) [N/m^3]
   const Lanes *tension = nullptr;      ///< [a] active tension [Pa]
   ActiveFibres fibres;
   double mass = 0; ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
+  bool mean_dilatation = false;
 };
 
 /// The worst deformation met, and the volume [m^3], by cell.
@@ -41,11 +48,14 @@ inline constexpr unsigned max_nodes_per_cell = 10;
 /// r [a][3] += residual.
 void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
 void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
+void add_residual(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
 
 /// Also K [((a*n + b)*3 + i)*3 + j] += tangent, symmetric.
 void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
                               DeformationLimits &limits);
 void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
+                              DeformationLimits &limits);
+void add_residual_and_tangent(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
                               DeformationLimits &limits);
 
 /// r [a][3] += int P_act : grad phi alone. P_act is linear in the tension: a difference of tensions gives a difference

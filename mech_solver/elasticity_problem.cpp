@@ -1,5 +1,7 @@
 #include "mech_solver/elasticity_problem.h"
 
+#include "common/config/nearest.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,13 +42,33 @@ std::string complaint(bool crushed, double value, const std::array<double, 6> &c
   return text.str();
 }
 
+ActiveFibres::Tension kind_of_tension(const ActiveParameters &active) {
+  using Tension = ActiveFibres::Tension;
+  return active.model != "prescribed"   ? Tension::of_force_model
+         : active.measure == "nominal" ? Tension::nominal
+                                       : Tension::second_piola;
+}
+
+std::variant<Guccione, NeoHookean, SaintVenantKirchhoff> law_of(const MaterialParameters &material) {
+  if (material.law == "guccione")
+    return material.guccione;
+  if (material.law == "neo_hookean")
+    return material.neo_hookean;
+  return material.saint_venant_kirchhoff;
+}
+
 } // namespace
 
 ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
                                      const Parameters &parameters)
     : d_n(space.make_vector(3)), d_nm1(d_n), tension(space.make_vector(1)), load(d_n), space_(space), fibres_(fibres),
-      solver_(parameters.solver), density_(parameters.density), active_fibres_{parameters.active.sarcomere_length},
-      pericardium_(space, parameters.pericardium), inertia_(d_n), velocity_(d_n), tangent_(space, 3) {
+      solver_(parameters.solver), gravity_{parameters.gravity[0], parameters.gravity[1], parameters.gravity[2]},
+      mean_dilatation_(parameters.volume == "mean_dilatation"),
+      active_fibres_{parameters.active.sarcomere_length, kind_of_tension(parameters.active)},
+      pericardium_(space, parameters.pericardium), acceleration_(d_n), velocity_(d_n), tangent_(space, 3) {
+  if (mean_dilatation_ && space.nodes_per_cell() == 4)
+    throw Failure(ExitCode::scene, "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
+                                   "constant and which lock for large kappa; take hexahedra, or 'penalty'");
   make_regions(parameters);
   constrain(parameters);
   // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
@@ -54,32 +76,28 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
   negligible_force_ = 1e-5 * kappa * std::pow(space.smallest_cell_size(), 2);
   if (space.has_label("interface"))
     interface_.emplace_back(space, "interface");
-  if (!parameters.end_pressure.label.empty())
-    end_.emplace_back(space, parameters.end_pressure.label);
+  for (const auto &[name, load] : parameters.loads)
+    loads_.push_back({load, LoadedSurface(space, load.label)});
 }
 
 void ElasticityProblem::make_regions(const Parameters &parameters) {
-  if (parameters.law == "guccione")
-    regions_.push_back({parameters.guccione, true, {}, {}});
-  else
-    regions_.push_back({parameters.neo_hookean, true, {}, {}});
-  if (!parameters.passive_regions.empty())
-    regions_.push_back({parameters.neo_hookean, false, {}, {}});
-
-  std::vector<bool> passive(std::max<std::size_t>(space_.material_names().size(), 1), false);
-  for (const auto &name : parameters.passive_regions) {
-    const auto &names = space_.material_names();
+  const auto &names = space_.material_names();
+  std::vector<unsigned> region_of(std::max<std::size_t>(names.size(), 1), 0);
+  regions_.push_back({law_of(parameters), parameters.density, true, {}, {}});
+  for (const auto &[name, region] : parameters.regions) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end())
-      throw Failure(ExitCode::scene, "mechanics.passive_regions: the mesh has no region '" + name + "'");
-    passive[found - names.begin()] = true;
+      throw Failure(ExitCode::scene, "mechanics.regions: the mesh has no region '" + name + "'" +
+                                         config::did_you_mean(name, names) + " It has " + config::joined(names));
+    region_of[found - names.begin()] = regions_.size();
+    regions_.push_back({law_of(region), region.density, region.contracts, {}, {}});
   }
   const unsigned n_q = space_.n_q();
   for (Region &region : regions_) {
     region.JxW.assign(space_.JxW(0), space_.JxW(0) + std::size_t(space_.n_batches()) * n_q);
     region.in_batch.assign(space_.n_batches(), 0);
     for (unsigned slot = 0; slot < space_.n_slots(); ++slot) {
-      const bool here = space_.slot_used(slot) && passive[space_.material(slot)] != region.contracts;
+      const bool here = space_.slot_used(slot) && &regions_[region_of[space_.material(slot)]] == &region;
       region.in_batch[slot / n_lanes] |= here;
       for (unsigned q = 0; q < n_q && !here; ++q)
         region.JxW[(slot / n_lanes) * n_q + q][slot % n_lanes] = 0;
@@ -163,6 +181,9 @@ fem::NewtonStatistics ElasticityProblem::solve_static(fem::Vector &d) {
   fem::NewtonSettings settings = newton_settings();
   settings.contraction = 0;
   settings.largest_update = 5e-3;
+  // What bends strains in second order first, and the stiff part of the residual grows before it falls: backtracking
+  // would creep. Who loads in steps takes a shorter one where this does not converge.
+  settings.growth = 1e4;
   return fem::newton("quasi-static elasticity", *this, d, settings);
 }
 
@@ -181,6 +202,7 @@ void ElasticityProblem::solid_forces(const fem::Vector &d, fem::Vector &r) {
   r = 0;
   add_cells(d, r);
   pericardium_.add_force(d, nullptr, r);
+  add_loads(d, r);
   r.zero_out_ghost_values();
   fem::zero_constrained(r, constrained_);
   dt_ = dt;
@@ -244,7 +266,7 @@ void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch
 void ElasticityProblem::update_time_terms(const fem::Vector &d) {
   const double *now = d.begin(), *n = d_n.begin(), *nm1 = d_nm1.begin();
   for (unsigned i = 0; i < 3 * space_.n_local_nodes(); ++i) {
-    inertia_.begin()[i] = dt_ > 0 ? density_ / (dt_ * dt_) * (now[i] - 2 * n[i] + nm1[i]) : 0;
+    acceleration_.begin()[i] = dt_ > 0 ? (now[i] - 2 * n[i] + nm1[i]) / (dt_ * dt_) : 0;
     velocity_.begin()[i] = dt_ > 0 ? (now[i] - n[i]) / dt_ : 0;
   }
 }
@@ -258,7 +280,8 @@ ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, 
       data.tension[a][lane] = region.contracts ? tension.begin()[nodes[a]] : 0;
       for (unsigned i = 0; i < 3; ++i) {
         data.displacement[3 * a + i][lane] = d.begin()[nodes[a] * 3 + i];
-        data.inertia[3 * a + i][lane] = inertia_.begin()[nodes[a] * 3 + i];
+        data.inertia[3 * a + i][lane] =
+            region.density * (acceleration_.begin()[nodes[a] * 3 + i] - load_share * gravity_[i]);
       }
     }
   }
@@ -274,7 +297,8 @@ ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, 
   cells.displacement = data.displacement.data();
   cells.inertia = data.inertia.data();
   cells.tension = data.tension.data();
-  cells.mass = dt_ > 0 ? density_ / (dt_ * dt_) : 0;
+  cells.mass = dt_ > 0 ? region.density / (dt_ * dt_) : 0;
+  cells.mean_dilatation = mean_dilatation_;
   return cells;
 }
 
@@ -321,6 +345,18 @@ void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
       }
 }
 
+/// Of the scene. Expects ghost values of d.
+void ElasticityProblem::add_loads(const fem::Vector &d, fem::Vector &r) const {
+  for (const auto &[parameters, surface] : loads_) {
+    if (const double pressure = load_share * parameters.pressure.at(time); pressure != 0)
+      surface.add_force(pressure, d, r);
+    const auto &t = parameters.traction;
+    const double share = -load_share * parameters.share.at(time); // as an inner force
+    if (t[0] != 0 || t[1] != 0 || t[2] != 0)
+      surface.add_traction({share * t[0], share * t[1], share * t[2]}, r);
+  }
+}
+
 fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector &r) {
   const bus::Stopwatch::Section section(stopwatch, "residual");
   const fem::GhostValues ghosts(d);
@@ -331,8 +367,7 @@ fem::ResidualSize ElasticityProblem::residual(const fem::Vector &d, fem::Vector 
   for (const auto &surface : interface_)
     if (interface_pressure != 0)
       surface.add_force(interface_pressure, d, r);
-  for (const auto &surface : end_)
-    surface.add_force(end_pressure, d, r);
+  add_loads(d, r);
   r.zero_out_ghost_values();
   r.add(-1.0, load);
   fem::zero_constrained(r, constrained_);
@@ -374,9 +409,9 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   for (const auto &surface : interface_)
     if (interface_pressure != 0)
       surface.add_tangent(interface_pressure, d, tangent_);
-  for (const auto &surface : end_)
-    if (end_pressure != 0)
-      surface.add_tangent(end_pressure, d, tangent_);
+  for (const auto &load : loads_)
+    if (const double pressure = load_share * load.parameters.pressure.at(time); pressure != 0)
+      load.surface.add_tangent(pressure, d, tangent_);
   rounded_tangent_ = std::make_unique<fem::RoundedMatrix>(tangent_);
   has_tangent_ = true;
   ++n_tangents_;

@@ -16,7 +16,7 @@ namespace heartbus::mech {
 /// The elastodynamics equation by implicit Euler (paper, eq. (elastodynamics-discrete)): find d = d^{n+1} with
 ///
 ///     int rho (d - 2 d^n + d^{n-1})/dt^2 . phi + int P(d, T) : grad phi + pericardium(d, (d - d^n)/dt; phi)
-///         + pressures(d; phi) = load(phi),
+///         + loads(d; phi) = load(phi) + int rho gravity . phi,
 ///
 /// or, without inertia and damping, its quasi-static form. The mass is consistent. Newton's method (fem::newton) sees
 /// this class as residual, linearise, solve and size; tangent and preconditioner live here and are kept from step to
@@ -29,8 +29,9 @@ class ElasticityProblem {
   fem::Vector d_n, d_nm1;                          ///< old displacements [m]
   fem::Vector tension;                             ///< active tension at the nodes, one component [Pa]
   fem::Vector load;                                ///< nodal forces on the solid [N]
-  double interface_pressure = 0, end_pressure = 0; ///< follower pressures [Pa]
-  double time = 0;                                 ///< of the step, for messages [s]
+  double interface_pressure = 0;                   ///< a follower pressure [Pa]
+  double time = 0;                                 ///< at which the scene's loads are taken [s]
+  double load_share = 1;                           ///< of the scene's loads and of gravity, while inflating
   bus::Stopwatch stopwatch;
 
   /// Solve for d, starting from its value.
@@ -55,7 +56,7 @@ class ElasticityProblem {
   double own_volume() const { return own_volume_; } ///< of its own cells [m^3]
   double own_volume_at_rest() const;
 
-  /// Static nodal forces of the solid alone: stress and pericardium; zero at constrained degrees of freedom.
+  /// Static nodal forces of the solid: stress, pericardium, the scene's loads; zero at constrained degrees of freedom.
   void solid_forces(const fem::Vector &d, fem::Vector &r);
   /// int P_act(d, tension_change) : grad phi; zero at constrained degrees of freedom.
   void active_forces(const fem::Vector &d, const fem::Vector &tension_change, fem::Vector &r) const;
@@ -82,17 +83,23 @@ class ElasticityProblem {
   void refuse() const;
 
  private:
-  using Law = std::variant<Guccione, NeoHookean>;
-  /// The cells of one law; a batch can hold cells of several, each then sees the others with weight zero.
+  using Law = std::variant<Guccione, NeoHookean, SaintVenantKirchhoff>;
+  /// The cells of one material; a batch can hold cells of several, each then sees the others with weight zero.
   struct Region {
     Law law;
+    double density; ///< [kg/m^3]
     bool contracts;
     std::vector<Lanes> JxW;             ///< [batch][q]
     std::vector<std::uint8_t> in_batch; ///< [batch]
   };
   struct CellData; // nodal values of one batch
+  struct Load {
+    LoadParameters parameters;
+    LoadedSurface surface;
+  };
 
   void make_regions(const Parameters &parameters);
+  void add_loads(const fem::Vector &d, fem::Vector &r) const;
   void constrain(const Parameters &parameters);
   void set_mode(double dt); ///< 0: quasi-static
   void update_time_terms(const fem::Vector &d);
@@ -106,16 +113,18 @@ class ElasticityProblem {
   const fem::LagrangeSpace &space_;
   const fem::Fibres &fibres_;
   const SolverParameters solver_;
-  const double density_;
+  const fem::Vec3<double> gravity_; ///< [m/s^2]
+  const bool mean_dilatation_;
   const ActiveFibres active_fibres_;
   std::vector<Region> regions_;
   Pericardium pericardium_;
-  std::vector<FollowerPressure> interface_, end_; ///< one each, or none
+  std::vector<LoadedSurface> interface_; ///< one, or none
+  std::vector<Load> loads_;
   fem::Constraints constrained_;
 
   double negligible_force_; ///< [N]
   double dt_ = 0;
-  fem::Vector inertia_, velocity_;
+  fem::Vector acceleration_, velocity_;
   double smallest_J_ = 1, largest_exponent_ = 0, own_volume_ = 0;
   unsigned most_crushed_ = 0, most_stretched_ = 0;          ///< slots
   std::array<double, 6> crushed_cell_{}, stretched_cell_{}; ///< centre at rest, displacement: of what is refused [m]

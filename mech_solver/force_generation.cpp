@@ -4,7 +4,7 @@ namespace heartbus::mech {
 
 ForceGeneration::ForceGeneration(const ActiveParameters &parameters, unsigned n_nodes)
     : parameters_(parameters), n_nodes_(n_nodes) {
-  if (parameters.model == "none")
+  if (parameters.model == "none" || parameters.model == "prescribed")
     return;
   model_ = make_active_model(parameters.model);
   n_states_ = model_->n_states();
@@ -31,9 +31,10 @@ void ForceGeneration::visit(io::State &state) {
   s_ = s_n_;
 }
 
-void ForceGeneration::tension(const std::vector<double> &states, double *values) const {
+void ForceGeneration::tension(const std::vector<double> &states, double time, double *values) const {
+  const double uniform = parameters_.model == "prescribed" ? parameters_.tension.at(time) : 0;
   for (unsigned node = 0; node < n_nodes_; ++node)
-    values[node] = model_ ? parameters_.tension_max * model_->permissivity(&states[node * n_states_]) : 0.0;
+    values[node] = model_ ? parameters_.tension_max * model_->permissivity(&states[node * n_states_]) : uniform;
 }
 
 } // namespace heartbus::mech

@@ -39,7 +39,7 @@ class InterfaceImpedance {
   void take(const fem::Vector &x, const fem::Vector &Mx, double norm);
 
   ElasticityProblem &problem_;
-  FollowerPressure surface_;
+  LoadedSurface surface_;
   double dt_ = 0;
   bool exhausted_ = false;                    ///< there are no more directions
   std::vector<fem::Vector> motions_, forces_; ///< x_i, orthonormal in M_S, and M_S x_i

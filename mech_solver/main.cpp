@@ -21,8 +21,12 @@ int main(int argc, char **argv) {
                                    dealii::Utilities::MPI::this_mpi_process(participant.communicator()));
     mech::MechSolver solver(space, fibres, scene.mech, log);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
-    solver.couple(scene.coupling);
-    if (scene.has("circulation"))
+    const bool is_filled = scene.has("circulation");
+    if (is_filled || (scene.has("fluid") && scene.coupling.scheme != "one_way"))
+      solver.couple(scene.coupling);
+    else
+      solver.stand_alone();
+    if (is_filled)
       solver.fill_cavity();
     participant.serve(solver);
   });

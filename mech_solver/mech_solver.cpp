@@ -6,7 +6,10 @@
 #include "common/io/state_file.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
+#include <spdlog/fmt/fmt.h>
 
 namespace heartbus::mech {
 
@@ -21,12 +24,36 @@ MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibre
       if (on[node])
         interface_nodes_.push_back(node);
   }
+  if (space.has_label("interface"))
+    cavity_.emplace_back(space, "interface");
+  find_probes();
   for (auto *field : {&blood_force_, &displacement_, &wall_velocity_, &wall_force_, &blood_force_n_})
     field->assign(3 * interface_nodes_.size(), 0.0);
   for (const unsigned node : interface_nodes_)
     for (unsigned i = 0; i < 3; ++i)
       held_.push_back(problem_.constrained()[3 * node + i]);
-  force_generation_.tension(problem_.tension.begin());
+  force_generation_.tension(0, problem_.tension.begin());
+}
+
+/// Of each probe the node, on the rank that owns it.
+void MechSolver::find_probes() {
+  for (const auto &[name, point] : parameters_.probes) {
+    int nearest = -1;
+    double distance = std::numeric_limits<double>::max();
+    for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
+      const geometry::Point3 &x = space_.points()[node];
+      if (const double d = std::hypot(x[0] - point[0], x[1] - point[1], x[2] - point[2]); d < distance) {
+        distance = d;
+        nearest = node;
+      }
+    }
+    const double smallest = dealii::Utilities::MPI::min(distance, space_.communicator());
+    if (smallest > 1e-3 * space_.smallest_cell_size())
+      throw Failure(ExitCode::scene, fmt::format("mechanics.probes.{}: the wall has no node at ({:g}, {:g}, {:g}) mm; the "
+                                                 "nearest is {:.4g} mm away",
+                                                 name, 1e3 * point[0], 1e3 * point[1], 1e3 * point[2], 1e3 * smallest));
+    probes_[name] = distance == smallest ? nearest : -1;
+  }
 }
 
 void MechSolver::write_fields(const std::string &folder, const OutputParameters &output) {
@@ -53,7 +80,8 @@ void MechSolver::declare(bus::Declaration &bus) {
   if (space_.has_label("interface")) {
     bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
     fem::declare_faces(space_, "interface", bus);
-    bus.input("blood_force", "interface", 3, "N", blood_force_);
+    if (!is_alone_)
+      bus.input("blood_force", "interface", 3, "N", blood_force_);
     bus.output("held", "interface", 3, "1", "always", held_);
     bus.output("displacement", "interface", 3, "m", "n+1", displacement_);
     bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
@@ -86,6 +114,25 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.scalar(
       "peak_tension", "Pa", [this] { return peak_tension(); }, bus::Combine::max);
   declare_shares(bus);
+  declare_probes(bus);
+}
+
+void MechSolver::declare_probes(bus::Declaration &bus) {
+  if (is_alone_ && !cavity_.empty())
+    bus.scalar(
+        "cavity_volume", "m^3", [this] { return own_cavity_volume_; }, bus::Combine::sum);
+  for (const auto &[name, at] : probes_)
+    for (unsigned i = 0; i < 3; ++i)
+      bus.scalar(
+          name + "_" + "xyz"[i], "m", [this, node = at, i] { return node < 0 ? 0. : d_.local_element(3 * node + i); },
+          bus::Combine::sum);
+}
+
+/// Behind flat lids across z.
+void MechSolver::measure_cavity() {
+  const fem::GhostValues ghosts(d_);
+  for (const auto &surface : cavity_)
+    own_cavity_volume_ = -surface.own_volume(d_); // its normals point inwards
 }
 
 /// Of the whole wall, each rank adds its own: the volume over that at rest, and of the nodes those whose sarcomere
@@ -102,33 +149,28 @@ void MechSolver::declare_shares(bus::Declaration &bus) {
 
 void MechSolver::inflate() {
   const fem::Vector tension_at_rest = problem_.tension;
-  statistics_ = {};
-  for (int step = 1; step <= parameters_.inflation_steps; ++step) {
-    const double fraction = double(step) / parameters_.inflation_steps;
-    problem_.interface_pressure = fraction * parameters_.initial_pressure;
-    problem_.end_pressure = fraction * parameters_.end_pressure.at(0);
-    problem_.tension.equ(fraction, tension_at_rest);
-    const auto statistics = problem_.solve_static(d_);
-    statistics_.iterations += statistics.iterations;
-    statistics_.linear_iterations += statistics.linear_iterations;
-  }
-  problem_.interface_pressure = 0; // from now on the blood's force holds it
+  equilibrate(parameters_.inflation_steps, [&](double share) {
+    problem_.interface_pressure = share * parameters_.initial_pressure;
+    problem_.load_share = share;
+    problem_.tension.equ(share, tension_at_rest);
+  });
+  if (!is_alone_)
+    problem_.interface_pressure = 0; // from now on the blood's force holds it
   problem_.d_n = d_;
   problem_.d_nm1 = d_;
   d_nm2_ = d_nm3_ = d_;
 
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
-  to_interface(forces, blood_force_);
+  to_interface(forces, wall_force_);
   if (filling_) { // which holds it in place of nodal forces
     problem_.interface_pressure = parameters_.initial_pressure;
-    blood_force_.assign(blood_force_.size(), 0.0);
     filling_->begin(parameters_.initial_pressure, d_);
-  }
-  blood_force_n_ = blood_force_;
+  } else if (!is_alone_)
+    blood_force_n_ = blood_force_ = wall_force_;
   to_interface(d_, displacement_);
   wall_velocity_.assign(wall_velocity_.size(), 0.0);
-  wall_force_ = blood_force_;
+  measure_cavity();
   log_->info("inflated to {} Pa in {} load steps: {} Newton iterations, smallest J {:.3f}",
              parameters_.initial_pressure, parameters_.inflation_steps, statistics_.iterations,
              dealii::Utilities::MPI::min(problem_.smallest_J(), space_.communicator()));
@@ -144,7 +186,7 @@ void MechSolver::prepare_step(const bus::Step &step) {
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "force model");
     force_generation_.advance(step.size, calcium_.data(), stretch_.begin());
-    force_generation_.tension(problem_.tension.begin());
+    force_generation_.tension(step.time, problem_.tension.begin());
   }
 
   fem::Vector velocity(problem_.d_n);
@@ -154,7 +196,7 @@ void MechSolver::prepare_step(const bus::Step &step) {
   if (parameters_.active_increment) {
     const bus::Stopwatch::Section section(problem_.stopwatch, "datum");
     fem::Vector change = space_.make_vector(1), forces = space_.make_vector(3);
-    force_generation_.old_tension(change.begin());
+    force_generation_.old_tension(step.time - step.size, change.begin());
     change.sadd(-1.0, 1.0, problem_.tension);
     problem_.active_forces(problem_.d_n, change, forces);
     std::vector<double> increment(wall_force_.size());
@@ -170,13 +212,50 @@ void MechSolver::solve_step(const bus::Step &step) {
   if (filling_)
     problem_.interface_pressure = filling_->guess();
   begin_solve(step);
-  end_solve(step, problem_.solve_dynamic(step.size, d_));
+  if (parameters_.inertia)
+    statistics_ = problem_.solve_dynamic(step.size, d_);
+  else
+    find_equilibrium(step);
+  end_solve(step, statistics_);
   if (filling_)
     filling_->respond(d_);
 }
 
+void MechSolver::find_equilibrium(const bus::Step &step) {
+  fem::Vector before = space_.make_vector(1);
+  force_generation_.old_tension(step.time - step.size, before.begin());
+  const fem::Vector after = problem_.tension;
+  equilibrate(1, [&](double share) {
+    problem_.time = step.time - (1 - share) * step.size;
+    problem_.tension.equ(share, after);
+    problem_.tension.add(1 - share, before);
+  });
+}
+
+void MechSolver::equilibrate(int steps, const std::function<void(double share)> &load) {
+  constexpr double shortest = 1. / 1024;
+  fem::Vector reached(d_);
+  statistics_ = {};
+  for (double share = 0, size = 1. / steps; share < 1;) {
+    const double next = share + size > 1 - 1e-9 ? 1 : share + size;
+    load(next);
+    try {
+      const auto statistics = problem_.solve_static(d_);
+      statistics_.iterations += statistics.iterations;
+      statistics_.linear_iterations += statistics.linear_iterations;
+      fem::copy_owned(d_, reached);
+      share = next;
+    } catch (const Failure &failure) {
+      const bool too_far = failure.code() == ExitCode::not_converged || failure.code() == ExitCode::not_finite;
+      if (!too_far || size < shortest)
+        throw;
+      fem::copy_owned(reached, d_);
+      size /= 2;
+    }
+  }
+}
+
 fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
-  problem_.end_pressure = parameters_.end_pressure.at(step.time);
   problem_.time = step.time;
   choose_start(step);
   return d_;
@@ -186,6 +265,7 @@ void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &s
   statistics_ = statistics;
   iterate_moves_.record(step.iteration, d_);
   show_motion(step.size);
+  measure_cavity();
 }
 
 void MechSolver::show_motion(double dt) {
@@ -197,7 +277,7 @@ void MechSolver::show_motion(double dt) {
 }
 
 void MechSolver::begin_probe(const bus::Step &step) {
-  problem_.end_pressure = parameters_.end_pressure.at(step.time);
+  problem_.time = step.time;
   impedance_->begin(coupling_.repeats() ? step.size : step.size / 2);
   to_interface(impedance_->force(), probe_force_);
 }
@@ -253,12 +333,14 @@ void MechSolver::refresh() {
 /// Newton starts from the last iterate, or from the cubic through the last four displacements, and what iterates moved
 /// in the steps before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
-  if (step.iteration == 0) {
+  if (step.iteration == 0)
     fem::copy_owned(problem_.d_n, d_);
+  if (step.iteration == 0 && parameters_.inertia) {
     d_.sadd(4.0, -6.0, problem_.d_nm1);
     d_.add(4.0, d_nm2_, -1.0, d_nm3_);
   }
-  iterate_moves_.predict(step.iteration, d_);
+  if (parameters_.inertia)
+    iterate_moves_.predict(step.iteration, d_);
 }
 
 void MechSolver::commit_step(const bus::Step &step) {
@@ -315,8 +397,11 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   io::load_state(space_.communicator(), folder + "/mech.h5", [&](io::State &state) { visit(state, step); });
   if (writer_)
     writer_->go_on_from(step.time);
-  force_generation_.tension(problem_.tension.begin());
+  force_generation_.tension(step.time, problem_.tension.begin());
+  problem_.time = step.time;
+  problem_.interface_pressure = is_alone_ ? parameters_.initial_pressure : 0;
   d_ = problem_.d_n;
+  measure_cavity();
   if (filling_)
     filling_->load(d_);
   blood_force_ = wall_force_ = blood_force_n_;

@@ -10,6 +10,7 @@
 #include "mech_solver/force_generation.h"
 #include "mech_solver/interface_impedance.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <spdlog/logger.h>
@@ -36,6 +37,8 @@ class MechSolver : public bus::Solver {
 
   /// Offers what the blood in another participant wants: the limit of alpha, the correction of the pressure.
   void couple(const CouplingParameters &coupling);
+  /// No blood pushes: the initial pressure stays on the interface. Before `declare`.
+  void stand_alone() { is_alone_ = true; }
 
   /// The blood has one pressure, which a circulation in another participant finds.
   void fill_cavity() { filling_.emplace(problem_); }
@@ -74,7 +77,14 @@ class MechSolver : public bus::Solver {
 
  private:
   void declare_shares(bus::Declaration &bus);
+  void declare_probes(bus::Declaration &bus);
+  void find_probes();
+  void measure_cavity();
   void visit(io::State &state, const bus::Step &step); ///< d^n, d^{n-1}, s^n, L^n
+  /// Equilibrium under loads that `load` makes grow from what they were (share 0) to what they shall be (1): in so many
+  /// steps, and where Newton's method does not bear one, in halves of it.
+  void equilibrate(int steps, const std::function<void(double share)> &load);
+  void find_equilibrium(const bus::Step &step);
   void choose_start(const bus::Step &step);
   void show_motion(double dt); ///< to the bus: displacement and velocity of d
   /// Values of a nodal vector at the interface nodes, times a factor.
@@ -97,6 +107,10 @@ class MechSolver : public bus::Solver {
   std::vector<double> blood_force_n_;
   std::vector<double> held_; ///< 1 at degrees of freedom of the interface that do not move, else 0
   fem::NewtonStatistics statistics_;
+  bool is_alone_ = false;
+  std::vector<LoadedSurface> cavity_; ///< the interface, or nothing
+  double own_cavity_volume_ = 0;      ///< [m^3]
+  std::map<std::string, int> probes_; ///< the node, or -1 on other ranks
 
   CouplingParameters coupling_;
   std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it

@@ -1,12 +1,10 @@
 #include "mech_solver/parameters.h"
 
-#include <algorithm>
-
 namespace heartbus::mech {
 
 namespace {
 
-constexpr config::Range pressure = config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
+constexpr config::Range pressure_range = config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
 
 void describe_law(Guccione &law, config::Section &s) {
   s.quantity("c", law.c, "Pa", config::positive, "stiffness of the exponential");
@@ -19,19 +17,32 @@ void describe_law(Guccione &law, config::Section &s) {
   s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
 }
 
-void describe_law(NeoHookean &law, config::Section &s) {
+template <class Isotropic>
+void describe_moduli(Isotropic &law, config::Section &s) {
   s.quantity("mu", law.mu, "Pa", config::positive, "shear modulus");
   s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
+}
+
+/// Blocks whose names the scene chooses.
+template <class Parameters>
+std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all, config::Section &s,
+                                         const Parameters &usual) {
+  for (const auto &name : s.free_keys())
+    all.emplace(name, usual);
+  return all;
 }
 
 } // namespace
 
 void ActiveParameters::describe(config::Section &s) {
-  s.choice("model", model, {"rdq18_ann", "none"}, "force generation; none: a passive solid");
+  s.choice("model", model, {"rdq18_ann", "prescribed", "none"},
+           "force generation; prescribed: 'tension' everywhere; none: a passive solid");
   s.quantity("tension_max", tension_max, "Pa", config::non_negative, "tension at full permissivity");
   s.quantity(
       "sarcomere_length", sarcomere_length, "um", config::between(1, 3),
       "at rest; the paper gives none; with 1.75 um its 500 kPa and cells paced every 0.8 s eject half of the volume");
+  tension.describe(s.section("tension", "of model prescribed"), "Pa", config::non_negative, "active tension");
+  s.choice("measure", measure, {"nominal", "second_piola"}, "what a prescribed tension is as a stress");
 }
 
 void PericardiumParameters::describe(config::Section &s) {
@@ -44,15 +55,26 @@ void PericardiumParameters::describe(config::Section &s) {
   s.quantity("C_par", C_par, "Pa s/m", config::non_negative, "tangential damping");
 }
 
-double EndPressureParameters::at(double time) const {
-  return initial + (final - initial) * (ramp > 0 ? std::clamp(time / ramp, 0.0, 1.0) : 1.0);
+void LoadParameters::describe(config::Section &s) {
+  s.text("label", label, "boundary part that is loaded");
+  pressure.describe(s.section("pressure", "from outside, follows the surface"), "Pa", pressure_range, "pressure");
+  s.quantities("traction", traction, "Pa", 3, "dead load per area at rest");
+  share.describe(s.section("share", "of the traction, in time"), "1", config::between(-1e6, 1e6), "factor");
+  if (label.empty())
+    s.fail("label", "which boundary part does this load act on?");
 }
 
-void EndPressureParameters::describe(config::Section &s) {
-  s.text("label", label, "boundary part that is pushed; empty: none");
-  s.quantity("initial", initial, "Pa", pressure, "at the start, inflation included");
-  s.quantity("final", final, "Pa", pressure, "after the ramp");
-  s.quantity("ramp", ramp, "s", config::non_negative, "time from the one to the other");
+void MaterialParameters::describe(config::Section &s) {
+  s.choice("law", law, {"guccione", "neo_hookean", "saint_venant_kirchhoff"}, "constitutive law");
+  describe_law(guccione, s.section("guccione", "transversely anisotropic exponential law of passive myocardium"));
+  describe_moduli(neo_hookean, s.section("neo_hookean", "isotropic law"));
+  describe_moduli(saint_venant_kirchhoff, s.section("saint_venant_kirchhoff", "isotropic law, linear in Green's strain"));
+  s.quantity("density", density, "kg/m^3", config::positive, "in the reference configuration");
+}
+
+void RegionParameters::describe(config::Section &s) {
+  MaterialParameters::describe(s);
+  s.boolean("contracts", contracts, "whether it has active tension");
 }
 
 void SolverParameters::describe(config::Section &s) {
@@ -65,20 +87,27 @@ void SolverParameters::describe(config::Section &s) {
 }
 
 void Parameters::describe(config::Section &s) {
-  s.choice("law", law, {"guccione", "neo_hookean"}, "constitutive law");
-  describe_law(guccione, s.section("guccione", "transversely anisotropic exponential law of passive myocardium"));
-  describe_law(neo_hookean, s.section("neo_hookean", "isotropic law"));
-  s.texts("passive_regions", passive_regions,
-          "material regions of the mesh that are neo-Hookean and do not contract, e.g. valve rings");
-  s.quantity("density", density, "kg/m^3", config::positive, "in the reference configuration");
+  MaterialParameters::describe(s);
+  config::Section &by_name = s.section("regions", "regions of the mesh that differ, by name: the keys above and 'contracts'");
+  for (auto &[name, region] : named(regions, by_name, RegionParameters{*this, true}))
+    region.describe(by_name.section(name, ""));
+  s.choice("volume", volume, {"penalty", "mean_dilatation"},
+           "energy of volume at each point, or of each cell as a whole: for large kappa");
+  s.boolean("inertia", inertia, "false: a state of equilibrium in each step");
   active.describe(s.section("active", "force generation"));
   pericardium.describe(s.section("pericardium", "springs and dampers on the outside"));
   s.texts("fixed", fixed, "boundary parts without displacement");
   s.texts("rollers", rollers, "flat boundary parts without normal displacement");
-  s.quantity("initial_pressure", initial_pressure, "Pa", pressure,
-             "on the interface, to which the solid is inflated");
+  s.quantity("initial_pressure", initial_pressure, "Pa", pressure_range,
+             "on the interface, to which the solid is inflated; without blood it stays there");
   s.integer("inflation_steps", inflation_steps, {1, 10000}, "load steps of the inflation");
-  end_pressure.describe(s.section("end_pressure", "pressure from outside on one boundary part"));
+  config::Section &pushes = s.section("loads", "pressures and tractions on boundary parts, by names of one's own");
+  for (auto &[name, load] : named(loads, pushes, LoadParameters{}))
+    load.describe(pushes.section(name, ""));
+  s.quantities("gravity", gravity, "m/s^2", 3, "acceleration by a dead body force");
+  config::Section &points = s.section("probes", "points at rest whose displacements are columns of history.csv, by name");
+  for (auto &[name, point] : named(probes, points, std::vector<double>(3)))
+    points.quantities(name, point, "m", 3, "");
   s.boolean(
       "active_increment", active_increment,
       "whether the first wall force of a step contains the change of active stress; without: the classical lagged "

@@ -34,6 +34,7 @@ void Player::declare(bus::Declaration &declaration) {
   declaration.point_set("recorded", mine, spacing(field.coordinates));
   declaration.output(field.name, "recorded", field.components, field.unit, "n+1", values_);
   values_.assign((last_ - first_) * field.components, 0.);
+  declaration.task("inflate", [this](const bus::Step &step) { solve_step(step); }); // in place of the wall's start
 }
 
 void Player::solve_step(const bus::Step &step) {

@@ -19,7 +19,7 @@ from pathlib import Path
 import launch
 
 ROLES = {  # role: (its partners, scheme, field that is compared, who sends to it)
-    "ep": (["mech"], "electromechanics", "calcium", None),
+    "ep": (["mech"], "EFS1", "calcium", None),
     "mech": (["ep", "ale", "fluid"], "E1FS", "wall_velocity", "fluid"),
     "ale": (["mech", "fluid"], "EFS1", "mesh_motion", "mech"),
     "fluid": (["mech", "ale"], "E1FS", "blood_force", "mech"),
@@ -51,9 +51,10 @@ class Run:
         file.write_text(json.dumps(scene))  # which is YAML
         mark = "HEARTBUS_CHECK=" + uuid.uuid4().hex
         begin = time.monotonic()
-        process = subprocess.run([sys.executable, __file__, "--launch", file, "--oversubscribe", "--out", folder / "results",
-                                  *words], env=dict(os.environ, **dict([mark.split("=")])), stdin=subprocess.DEVNULL,
-                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        command = [sys.executable, __file__, "--launch", file, "--oversubscribe", "--force", "--out", folder / "results"]
+        process = subprocess.run([*command, *words], env=dict(os.environ, **dict([mark.split("=")])),
+                                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                 check=False)
         self.code, self.output, self.seconds = process.returncode, process.stdout, time.monotonic() - begin
         self.left = [p.parent.name for p in Path("/proc").glob("[0-9]*/environ") if has_mark(p, mark)]
 

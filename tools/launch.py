@@ -12,11 +12,9 @@ from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
+from launching.programs import ROOT, programs
 from launching.watch import FILE, Watch
-from reporting import plausibility, tables
-from results import Run
 
-ROOT = Path(__file__).resolve().parents[1]  # of the source, or share/heartbus
 SCENE = 2  # exit code
 
 
@@ -73,6 +71,8 @@ def goes_on(words):
 
 def tell(folder):
     """The indicators, what is implausible, where the report is."""
+    from reporting import plausibility, tables  # take a second, which who only launches need not wait
+    from results import Run
     run = Run(folder)
     print("\n" + tables.for_terminal(*tables.indicators([run])))
     found = plausibility.findings(run)
@@ -82,12 +82,6 @@ def tell(folder):
         print("No report: tools/report.py failed", file=sys.stderr)
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
           f"tools/heartbus report {quoted([folder])} adds pictures and films of the fields")
-
-
-def programs():
-    """Where the coupler is: as told, as built, or as installed."""
-    built, installed = ROOT / "build/release/bin", ROOT.parents[1] / "bin"
-    return Path(os.environ.get("HEARTBUS_BIN", built if built.exists() else installed))
 
 
 def run(words):

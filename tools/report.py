@@ -12,10 +12,15 @@ from pathlib import Path
 
 import yaml
 
-from reporting import charts, style
-from reporting.page import page
+from launching.programs import programs
 from results import load
-from study.launch import BIN
+
+try:
+    from reporting import charts, style
+    from reporting.page import page
+except ImportError as error:
+    sys.exit(f"a report needs matplotlib and Pillow for Python, and one is missing ({error}); in Debian: python3-matplotlib, "
+             "python3-pil")
 
 PICTURES = Path(__file__).parent / "pictures.py"
 
@@ -52,9 +57,10 @@ def is_newer(file, other):
 
 def defaults():
     """Of all keys of a scene, as the programs print them; nothing when they are not there."""
-    if not (BIN / "coupler").exists():
+    coupler = programs() / "coupler"
+    if not coupler.exists():
         return {}
-    printed = subprocess.run([BIN / "coupler", "--print-defaults"], stdout=subprocess.PIPE, text=True, check=False).stdout
+    printed = subprocess.run([coupler, "--print-defaults"], stdout=subprocess.PIPE, text=True, check=False).stdout
     return yaml.safe_load(printed) or {}
 
 

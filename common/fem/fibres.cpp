@@ -106,6 +106,8 @@ Fibres::Fibres(const LagrangeSpace &space, const geometry::FibreParameters &para
     lay_constant(parameters);
   else if (parameters.rule == "file")
     lay_from_file(space);
+  else if (parameters.rule == "ellipsoid")
+    lay_in_ellipsoid(space, parameters);
   else
     lay_through_wall(space, parameters);
   average_at_nodes(space);
@@ -142,19 +144,44 @@ void Fibres::lay_through_wall(const LagrangeSpace &space, const geometry::FibreP
   const WallGradient outwards(space, phi);
   const LongAxis axis = find_long_axis(space, parameters, outwards);
   for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
-    const std::size_t batch = slot / n_lanes, lane = slot % n_lanes;
     for (unsigned q = 0; q < n_q_; ++q) {
       const double depth = value_at_frame(space, phi, slot, q),
                    w = outflow.rings.empty() ? 0 : value_at_frame(space, near_outflow, slot, q);
-      const Direction e_t = normalised(outwards.at(slot, q)), e_n = upwards(e_t, axis.at(slot, q)),
-                      e_l = cross(e_n, e_t);
       const double endo = (1 - w) * parameters.angle_endo + w * outflow.angle_endo,
-                   epi = (1 - w) * parameters.angle_epi + w * outflow.angle_epi,
-                   theta = endo * (1 - depth) + epi * depth;
-      set_frame(frames_[batch * n_q_ + q], lane, sum(scaled(std::cos(theta), e_l), scaled(std::sin(theta), e_n)), e_t);
-      dispersion_[batch * n_q_ + q][lane] = dispersed_share(e_t, axis.at_apex, parameters.dispersion_angle);
+                   epi = (1 - w) * parameters.angle_epi + w * outflow.angle_epi;
+      const Direction e_t = normalised(outwards.at(slot, q));
+      lay(slot, q, endo * (1 - depth) + epi * depth, e_t, axis.at(slot, q));
+      dispersion_[std::size_t(slot / n_lanes) * n_q_ + q][slot % n_lanes] =
+          dispersed_share(e_t, axis.at_apex, parameters.dispersion_angle);
     }
   }
+}
+
+void Fibres::lay(unsigned slot, unsigned q, double angle, const Vec3<double> &e_t, const Vec3<double> &axis) {
+  const Direction e_n = upwards(e_t, axis), e_l = cross(e_n, e_t);
+  set_frame(frames_[std::size_t(slot / n_lanes) * n_q_ + q], slot % n_lanes,
+            sum(scaled(std::cos(angle), e_l), scaled(std::sin(angle), e_n)), e_t);
+}
+
+void Fibres::lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters) {
+  const geometry::VentricleParameters &p = parameters.ventricle;
+  for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+    for (unsigned q = 0; q < n_q_; ++q) {
+      const geometry::Point3 x = space.quadrature_point(slot, q);
+      const double r = std::hypot(x[0], x[1]);
+      double low = -0.9 * p.endocardium_across / p.wall, high = 2; // of t: straight faces lie a little inside the curved
+      for (unsigned halving = 0; halving < 60; ++halving) {
+        const double t = (low + high) / 2;
+        const bool outside =
+            std::hypot(r / (p.endocardium_across + t * p.wall), x[2] / (p.endocardium_along + t * p.wall)) > 1;
+        (outside ? low : high) = t;
+      }
+      const double a = p.endocardium_across + low * p.wall, c = p.endocardium_along + low * p.wall;
+      const Direction e_t = normalised({x[0] / (a * a), x[1] / (a * a), x[2] / (c * c)}), up{0, 0, 1};
+      lay(slot, q, parameters.angle_endo * (1 - low) + parameters.angle_epi * low, e_t, up);
+      dispersion_[std::size_t(slot / n_lanes) * n_q_ + q][slot % n_lanes] =
+          dispersed_share(e_t, up, parameters.dispersion_angle);
+    }
 }
 
 void Fibres::average_at_nodes(const LagrangeSpace &space) {

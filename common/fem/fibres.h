@@ -25,6 +25,10 @@ namespace heartbus::fem {
 /// so theta_epi.
 ///
 /// So [f s n] is right-handed, and a positive angle winds from the apex to the base like a right-handed screw.
+/// Rule "ellipsoid" (Land et al. 2015, doi 10.1098/rspa.2015.0641, section 2d): the same with phi = t and e_t the normal of
+/// the ellipsoid with semi-axes a + t w, c + t w through the point, between those of the endocardium (t = 0) and of the
+/// epicardium (t = 1).
+///
 /// Gradients are taken at the quadrature points, where frames are needed, and never interpolated: f has no direction at
 /// the apex. A linear tetrahedron has one frame, that of its centroid, at all its points: it strains evenly, so that its
 /// stress is one.
@@ -56,6 +60,8 @@ class Fibres {
   void lay_constant(const geometry::FibreParameters &parameters);
   void lay_from_file(const LagrangeSpace &space);
   void lay_through_wall(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay_in_ellipsoid(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
+  void lay(unsigned slot, unsigned q, double angle, const Vec3<double> &e_t, const Vec3<double> &axis);
   void average_at_nodes(const LagrangeSpace &space);
 
   unsigned n_q_;

@@ -22,6 +22,7 @@ struct NewtonSettings {
   double update_tolerance = 1e-8;   ///< of the next update's size, which would be about the error
   double largest_update = std::numeric_limits<double>::infinity();
   double contraction = 0.1; ///< an iteration that reduces the residual less than this asks for a new tangent
+  double growth = 1; ///< by which an iteration may enlarge the residual
   unsigned max_iterations = 30;
 };
 
@@ -123,7 +124,8 @@ NewtonStatistics newton(const std::string &what, Problem &problem, Vector &x, co
       if (!next.valid)
         refused = trial;
       accepted =
-          next.valid && std::isfinite(next.norm) && (next.norm <= (1 - 1e-4 * step) * size.norm || small(next, 1));
+          next.valid && std::isfinite(next.norm) &&
+          (next.norm <= settings.growth * (1 - 1e-4 * step) * size.norm || small(next, 1));
     }
     if (accepted) {
       const bool slow = !(next.norm <= settings.contraction * size.norm) && !small(next, 1);

@@ -63,7 +63,8 @@ void Parameters::describe(config::Section &s) {
   if (shape == "file") {
     describe_file(s, *this);
   } else {
-    s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3"}, "mesh of the ideal left ventricle, from coarse to fine");
+    s.choice("mesh", mesh, {"MXS", "M0", "M1", "M2", "M3", "custom"},
+             "mesh of the ideal left ventricle, from coarse to fine; custom: by the numbers in 'ventricle'");
     s.choice("cells", cells, {"hexahedra", "tetrahedra"},
              "tetrahedra: every hexahedron is split into five, on the same vertices");
   }
@@ -82,6 +83,11 @@ void VentricleParameters::describe(config::Section &s) {
   s.quantity("aortic_radius", aortic_radius, "m", size_of_part, "radius of the aortic disc");
   s.quantity("mitral_centre", mitral_centre, "m", place_in_heart, "x of the centre of the mitral disc");
   s.quantity("aortic_centre", aortic_centre, "m", place_in_heart, "x of the centre of the aortic disc");
+  s.integer("cells_along", cells_along, number_of_cells, "of mesh custom: cells of the core from apex to base");
+  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the square core; four times as many around");
+  s.integer("shells", shells, number_of_cells, "layers of fluid cells between core and wall");
+  s.integer("layers", layers, number_of_cells, "layers of cells through the wall");
+  limit_cells(s, "cells_along", double(cells_along + cells_across) * cells_across * (cells_across + 4. * (shells + layers)));
   if (std::abs(base_height) >= endocardium_along)
     s.fail("base_height", "the base must cut the endocardium: its height must be less than endocardium_along");
   if (std::abs(aortic_centre - mitral_centre) < aortic_radius + mitral_radius)
@@ -104,12 +110,21 @@ void PistonParameters::describe(config::Section &s) {
 void SlabParameters::describe(config::Section &s) {
   s.quantities("size", size, "m", 3, "lengths along x, y, z");
   s.quantity("cell", cell, "m", size_of_body, "wanted edge length of a cell");
+  s.quantities("cells", cells, "1", 0, "numbers of cells along x, y, z in place of 'cell'");
+  s.quantity("hollow", hollow, "m", config::non_negative,
+             "radius of a cylinder along z that the end at low x clasps; 0 m: the end is flat");
+  if (!cells.empty() && (cells.size() != 3 || *std::min_element(cells.begin(), cells.end()) < 1))
+    s.fail("cells", "must be three numbers from 1 on");
+  if (hollow > 0 && hollow < size[1] / 2)
+    s.fail("hollow", "must be half of the width along y at least");
   double n_cells = 1;
   for (const double length : size) {
     if (!(length >= size_of_body.low && length <= size_of_body.high))
       s.fail("size", "the lengths must be positive, from 0.01 mm to 10 m");
     n_cells *= std::max(1., std::round(length / cell));
   }
+  if (!cells.empty())
+    n_cells = cells[0] * cells[1] * cells[2];
   limit_cells(s, "cell", n_cells);
 }
 
@@ -138,9 +153,10 @@ void OutflowFibreParameters::describe(config::Section &s) {
 }
 
 void FibreParameters::describe(config::Section &s) {
-  s.choice("rule", rule, {"transmural", "apicobasal", "constant", "file"},
-           "how fibres are laid: through the wall, below a flat base with normal z or between apex and any orifices; or "
-           "all in one direction; file: as the mesh file has them");
+  s.choice("rule", rule, {"transmural", "apicobasal", "ellipsoid", "constant", "file"},
+           "how fibres are laid: through the wall, below a flat base with normal z or between apex and any orifices; "
+           "ellipsoid: by the depth between the ventricle's ellipsoids; or all in one direction; file: as the mesh file has "
+           "them");
   s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
   s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),

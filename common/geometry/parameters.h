@@ -17,6 +17,7 @@ struct VentricleParameters {
   /// Discs in the base plane with centres on the x axis; the faces of the base whose centre lies in a disc are a valve.
   double mitral_radius = 11e-3, aortic_radius = 10e-3;
   double mitral_centre = -10.1e-3, aortic_centre = 11.1e-3;
+  int cells_along = 5, cells_across = 6, shells = 2, layers = 4; ///< of mesh `custom`, as those of the tube
   void describe(config::Section &section);
 };
 
@@ -32,6 +33,8 @@ struct PistonParameters {
 struct SlabParameters {
   std::vector<double> size{20e-3, 7e-3, 3e-3};
   double cell = 0.5e-3; ///< wanted edge of a cell; each side is divided evenly
+  std::vector<double> cells; ///< numbers of cells along x, y, z in its place
+  double hollow = 0; ///< radius of a cylinder along z which the end at low x clasps; 0: it is flat
   void describe(config::Section &section);
 };
 
@@ -64,7 +67,8 @@ struct OutflowFibreParameters {
 
 /// The keys of the scene block `fibres`.
 struct FibreParameters {
-  /// "transmural", "apicobasal": angles through the wall, see fem::Fibres; "constant": one direction everywhere; "file": of the mesh
+  /// "transmural", "apicobasal", "ellipsoid": angles through the wall, see fem::Fibres; "constant": one direction
+  /// everywhere; "file": of the mesh
   std::string rule = "transmural";
   double angle_endo = 1.0471975511965976, angle_epi = -1.0471975511965976; ///< [rad] against the circumference
   double dispersion_angle = 0.5235987755982988;                            ///< [rad] at the apex, see fem::Fibres
@@ -72,6 +76,7 @@ struct FibreParameters {
   OutflowFibreParameters outflow;
   std::vector<double> direction{1, 0, 0}; ///< of "constant"
   std::vector<double> sheet{0, 0, 1};     ///< of "constant"; made orthogonal to it
+  VentricleParameters ventricle;          ///< of "ellipsoid": that of the geometry
   void describe(config::Section &section);
 };
 

@@ -139,14 +139,29 @@ Mesh make_piston_part(const PistonParameters &p, double z_low, double z_high, in
   return mesh;
 }
 
+/// Its far end stays; the near one is moved to the cylinder, whose foremost line is at x = 0.
+void hollow_out(Mesh &mesh, const SlabParameters &p) {
+  for (Point3 &x : mesh.points) {
+    const double y = x[1] - p.size[1] / 2, depth = p.hollow - std::sqrt(p.hollow * p.hollow - y * y);
+    x[0] -= depth * (1 - x[0] / p.size[0]);
+  }
+}
+
 Mesh make_slab(const SlabParameters &p) {
   std::array<unsigned, 3> n;
   for (unsigned c = 0; c < 3; ++c)
-    n[c] = std::max(1L, std::lround(p.size[c] / p.cell));
-  return make_box({0, 0, 0}, {p.size[0], p.size[1], p.size[2]}, n);
+    n[c] = p.cells.empty() ? std::max(1L, std::lround(p.size[c] / p.cell)) : std::lround(p.cells[c]);
+  Mesh mesh = make_box({0, 0, 0}, {p.size[0], p.size[1], p.size[2]}, n);
+  if (p.hollow > 0)
+    hollow_out(mesh, p);
+  return mesh;
 }
 
-Ventricle make_ventricle(const Parameters &p) { return {p.ventricle, ventricle_sizes.at(p.mesh)}; }
+Ventricle make_ventricle(const Parameters &p) {
+  const VentricleParameters &v = p.ventricle;
+  const VentricleSize custom{unsigned(v.cells_across), unsigned(v.cells_along), unsigned(v.shells), unsigned(v.layers)};
+  return {v, p.mesh == "custom" ? custom : ventricle_sizes.at(p.mesh)};
+}
 
 using Labels = std::vector<std::string>;
 

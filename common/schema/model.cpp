@@ -24,7 +24,7 @@ std::map<std::string, std::string> model_of(const SceneParameters &scene) {
                             "electrophysiology.degree"})
       keys.push_back(key);
   if (scene.has("mech") || scene.has("fsi"))
-    for (const char *key : {"fibres.", "mechanics.law", "mechanics.passive_regions", "mechanics.active.model",
+    for (const char *key : {"fibres.", "mechanics.law", "mechanics.regions.", "mechanics.active.model",
                             "mechanics.fixed", "mechanics.rollers"})
       keys.push_back(key);
 

@@ -6,6 +6,7 @@
 #include "common/config/reader.h"
 #include "common/config/units.h"
 #include "common/geometry/shapes.h"
+#include "common/schema/settings.h"
 
 #include <algorithm>
 #include <cctype>
@@ -45,26 +46,6 @@ void check_regions(config::Section &s, const std::string &key, const std::vector
     if (std::find(known.begin(), known.end(), region) == known.end())
       s.fail(key, "the solid has no region '" + region + "'" + config::did_you_mean(region, known) + " It has " +
                       config::joined(known));
-}
-
-// The full path of a key given by the end of it.
-std::string full_path(const std::string &key, const std::vector<std::string> &paths) {
-  std::vector<std::string> found, last_words;
-  for (const auto &path : paths) {
-    if (path == key)
-      return path;
-    if (path.size() > key.size() && path.compare(path.size() - key.size() - 1, std::string::npos, "." + key) == 0)
-      found.push_back(path);
-    last_words.push_back(path.substr(path.rfind('.') + 1));
-  }
-  if (found.size() == 1)
-    return found[0];
-  if (found.size() > 1)
-    throw Failure(ExitCode::scene, "--set " + key + ": the key is not unique; write one of " + config::joined(found));
-  if (key.find('.') != std::string::npos)
-    return key; // the reader will say which part of it is unknown
-  throw Failure(ExitCode::scene, "--set " + key + ": the key is unknown" + config::did_you_mean(key, last_words) +
-                                     " 'coupler --print-defaults' lists all keys");
 }
 
 config::Describe describe(SceneParameters &scene) {
@@ -126,7 +107,7 @@ void TimeParameters::settle(config::Section &s, double stimulus_period) {
 }
 
 void CouplingParameters::describe(config::Section &s) {
-  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "electromechanics", "circulation"},
+  s.choice("scheme", scheme, {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"},
            "coupling scheme");
   s.integer(
       "iterations", iterations, {1, 1000},
@@ -194,6 +175,9 @@ void SceneParameters::describe(config::Section &s) {
   geometry.describe(s.section("geometry", "shape and meshes"));
   config::Section &directions = s.section("fibres", "fibre directions in the wall");
   fibres.describe(directions);
+  fibres.ventricle = geometry.ventricle;
+  if (fibres.rule == "ellipsoid" && geometry.shape != "ideal_left_ventricle")
+    directions.fail("rule", "ellipsoid is for 'shape: ideal_left_ventricle'");
   config::Section &time_block = s.section("time", "beats and time steps");
   time.describe(time_block);
   coupling.describe(s.section("coupling", "how the participants take turns"));
@@ -237,22 +221,25 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &dire
                            ? "the mesh file has no fluid; `tools/mesh import SOLID FLUID` puts both in"
                            : "the shape '" + geometry.shape + "' has no fluid; take ideal_left_ventricle, piston or tube");
   const auto known = geometry::solid_labels(geometry);
-  if (known.empty() && (has("ep") || has("mech") || has("fsi")))
+  const auto computes = [&](const std::string &name) { return has(name) && participants.at(name).program != "replay"; };
+  if (known.empty() && (has("ep") || computes("mech") || has("fsi")))
     s.fail("geometry", "the mesh file has no solid; `tools/mesh import SOLID FLUID` puts both in");
   if (fibres.rule == "apicobasal")
     check_labels(directions, "rings", fibres.rings, known);
   if (fibres.rule != "constant" && fibres.rule != "file")
     check_labels(directions, "outflow", fibres.outflow.rings, known);
-  if (has("mech") || has("fsi")) {
+  if (computes("mech") || has("fsi")) {
     check_labels(wall, "fixed", mech.fixed, known);
     check_labels(wall, "rollers", mech.rollers, known);
     check_labels(wall, "pericardium", mech.pericardium.labels, known);
-    if (!mech.end_pressure.label.empty())
-      check_labels(wall, "end_pressure", {mech.end_pressure.label}, known);
-    if (!mech.passive_regions.empty())
-      check_regions(wall, "passive_regions", mech.passive_regions, geometry::solid_regions(geometry));
+    for (const auto &[name, load] : mech.loads)
+      check_labels(wall, "loads", {load.label}, known);
+    std::vector<std::string> regions;
+    for (const auto &[name, region] : mech.regions)
+      regions.push_back(name);
+    check_regions(wall, "regions", regions, geometry::solid_regions(geometry));
   }
-  if (has("ale")) {
+  if (computes("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);
     check_labels(lifting, "slip", ale.slip, in_fluid);
   }
@@ -276,8 +263,8 @@ void SceneParameters::check_consistency(config::Section &s) const {
   if (const double every = output.checkpoint.every; every > 0 && every < time.step)
     s.fail("output", "'checkpoint.every' (" + config::shortest(every) + " s) is less than 'time.step' (" +
                          config::shortest(time.step) + " s); 0 s: only at the end");
-  if (coupling.scheme == "electromechanics" && (has("fluid") || has("ale")))
-    s.fail("coupling", "the scheme electromechanics has no participants 'fluid' and 'ale'; EFS1 and E1FS have");
+  if (!mech.inertia && has("mech") && has("fluid") && coupling.scheme != "one_way")
+    s.fail("mechanics", "'inertia: false' is for a wall without blood, or with blood that only follows (scheme one_way)");
   if (has("ep") && ep.degree == 2 && geometry.cells != "tetrahedra")
     s.fail("electrophysiology", "'degree: 2' needs 'geometry: {cells: tetrahedra}'; hexahedra may be refined instead");
   if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
@@ -286,7 +273,7 @@ void SceneParameters::check_consistency(config::Section &s) const {
     s.fail("participants", "'fsi' needs 'ale', which moves the fluid's mesh");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
-  if ((has("fsi") || (has("mech") && has("fluid"))) && mech.initial_pressure != fluid.initial_pressure)
+  if ((has("fsi") || (has("mech") && has("fluid") && coupling.scheme != "one_way")) && mech.initial_pressure != fluid.initial_pressure)
     s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))
     s.fail("coupling", "only a run of 'mech' and 'fluid' has anything to iterate; write 'iterations: 1'");
@@ -300,16 +287,7 @@ namespace {
 
 SceneParameters loaded(const std::string &file_name, const std::vector<std::string> &settings) {
   config::Node root = config::load_yaml(file_name);
-  SceneParameters scene = read(root);
-  if (settings.empty())
-    return scene;
-  const auto paths = config::key_paths(describe(scene));
-  for (const auto &setting : settings) {
-    const std::size_t sign = setting.find('=');
-    if (sign == std::string::npos || sign == 0)
-      throw Failure(ExitCode::scene, "--set " + setting + ": write key=value");
-    config::set_value(root, full_path(setting.substr(0, sign), paths), setting.substr(sign + 1), "--set " + setting);
-  }
+  lay_over(root, settings, read);
   return read(root);
 }
 

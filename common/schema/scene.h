@@ -30,7 +30,7 @@ struct TimeParameters {
 
 /// The schemes are explained in docs/schemes.md.
 struct CouplingParameters {
-  std::string scheme = "EFS1";       ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, electromechanics
+  std::string scheme = "EFS1";       ///< EFS1, EFS1-corrected, E1FS, adaptive, by_phase, E1FSinf, one_way
   int iterations = 1;                ///< k of E1FSk; of adaptive the most, of by_phase while isovolumetric
   double tolerance = 0;              ///< of E1FS: iterates until the Robin datum changes less than this; 0: always k
   std::string acceleration = "none"; ///< of the iterations: none, anderson
@@ -98,7 +98,7 @@ struct SceneParameters {
 SceneParameters read_scene(const std::string &text, const std::string &file_name);
 
 /// Reads a scene file and lays settings "path=value" over it, where the path may be shortened as long as its end is
-/// unique ("alpha=8000 kg/(m^2 s)", "mech.ranks=2"). Throws Failure(scene) or Failure(file).
+/// unique among the keys that the scene uses ("alpha=8000 kg/(m^2 s)", "mech.ranks=2"; see settings.h). Throws Failure(scene) or Failure(file).
 SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings);
 
 /// The scene with all its values, units and their meaning, as text that reads back to the same scene.

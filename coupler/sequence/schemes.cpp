@@ -129,11 +129,21 @@ Nodes E1FSinf() {
   };
 }
 
-/// Contraction without blood: calcium makes the wall contract.
-Nodes electromechanics() {
-  return {
-      solve("ep"), transfer("calcium", "ep", "mech"), solve("mech"), commit("ep"), commit("mech"),
-  };
+/// Each physics alone, or after those it follows: nothing acts back. Calcium makes the wall contract, the wall's motion
+/// moves the fluid's mesh, the blood moves with it.
+Nodes one_way_start() {
+  return {order("mech", "inflate"), optional(transfer("displacement", "mech", "ale")), solve("ale"),
+          optional(transfer("mesh_motion", "ale", "fluid")), order("fluid", "start")};
+}
+Nodes one_way() {
+  return Nodes{solve("ep"),
+               optional(transfer("calcium", "ep", "mech")),
+               solve("mech"),
+               optional(transfer("displacement", "mech", "ale")),
+               solve("ale"),
+               optional(transfer("mesh_motion", "ale", "fluid")),
+               solve("fluid")} +
+         commit();
 }
 
 /// Blood of one pressure: the wall is solved under a guess of it; the circulation finds the pressure with the wall's
@@ -178,10 +188,10 @@ Sequence make_sequence(const CouplingParameters &coupling) {
   };
   if (coupling.scheme == "E1FSinf")
     return {coupling.scheme, merged_start(), E1FSinf() + ep_after("fsi", 1)};
+  if (coupling.scheme == "one_way")
+    return {coupling.scheme, one_way_start(), one_way() + ep_after("mech", 1), constants()};
   if (coupling.scheme == "circulation")
     return {coupling.scheme, circulation_start(), circulation() + ep_after("mech", 1)};
-  if (coupling.scheme == "electromechanics")
-    return {coupling.scheme, {order("mech", "inflate")}, electromechanics() + ep_after("mech", 1)};
   // Lifting and the fluid's assembly need neither calcium nor tension. They go first: beside electrophysiology on cores
   // of their own; on shared ones lifting begins while the fluid still commits the step before.
   const Nodes before = geometry() + limit(coupling.automatic_alpha) + Nodes{prepare("fluid")} + ep_after("fluid");

@@ -16,8 +16,12 @@ namespace heartbus::mech {
 ///
 /// In the fibre frame f0 is the first axis and n0 the third. T does not depend on the unknown deformation: the force
 /// model saw the stretch of the last step. O does, so that what it takes away is as stable as a passive stress.
+///
+/// Where T is prescribed it is what the scene says it is: the nominal stress, O = 1, or the second Piola-Kirchhoff
+/// stress, S_act = T H (Land et al. 2015, doi:10.1098/rspa.2015.0641, problem 3).
 struct ActiveFibres {
   double sarcomere_length = 2.2; ///< SL0, at rest [um]
+  enum class Tension { of_force_model, nominal, second_piola } tension = Tension::of_force_model;
 };
 
 /// Share of the cross-bridges that still have actin of one polarity to bind to in sarcomeres shorter than 1.7 um, where
@@ -44,25 +48,34 @@ HEARTBUS_INLINE T fibre_stretch_squared(const T &nu, const Symmetric<T> &C) {
   return C[0] + nu * (C[2] - C[0]);
 }
 
+/// sigma and sigma' of S_act = sigma H, D = sigma' H x H: T O / lambda and T (SL0 O' - O / lambda) / lambda^2.
+template <class T>
+HEARTBUS_INLINE T fibre_stress(const T &tension, const T &I4, const ActiveFibres &fibres, T &modulus) {
+  modulus = 0.0 * I4;
+  if (fibres.tension == ActiveFibres::Tension::second_piola)
+    return tension;
+  const T lambda = sqrt(I4);
+  T slope = modulus, O = modulus + 1.0;
+  if (fibres.tension == ActiveFibres::Tension::of_force_model)
+    O = overlap(T(fibres.sarcomere_length * lambda), slope);
+  modulus = tension * (fibres.sarcomere_length * slope - O / lambda) / I4;
+  return tension * O / lambda;
+}
+
 template <class T>
 HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const ActiveFibres &fibres, const Symmetric<T> &C,
                                        Symmetric<T> &S) {
-  const T lambda = sqrt(fibre_stretch_squared(nu, C));
-  T slope;
-  const T stress = tension * overlap(T(fibres.sarcomere_length * lambda), slope) / lambda;
+  T modulus;
+  const T stress = fibre_stress(tension, fibre_stretch_squared(nu, C), fibres, modulus);
   S[0] += (1.0 - nu) * stress;
   S[2] += nu * stress;
 }
 
-/// D = T (SL0 O' - O / lambda) / lambda^2 H x H.
 template <class T>
 HEARTBUS_INLINE void add_active_stress(const T &tension, const T &nu, const ActiveFibres &fibres, const Symmetric<T> &C,
                                        Symmetric<T> &S, Tangent<T> &D) {
-  const T I4 = fibre_stretch_squared(nu, C), lambda = sqrt(I4);
-  T slope;
-  const T O = overlap(T(fibres.sarcomere_length * lambda), slope);
-  const T stress = tension * O / lambda, modulus = tension * (fibres.sarcomere_length * slope - O / lambda) / I4;
-  const T f = 1.0 - nu;
+  T modulus;
+  const T stress = fibre_stress(tension, fibre_stretch_squared(nu, C), fibres, modulus), f = T(1.0 - nu);
   S[0] += f * stress;
   S[2] += nu * stress;
   D[0][0] += f * f * modulus;

@@ -35,16 +35,23 @@ struct Guccione {
   }
 
   template <class T>
-  HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, Symmetric<T> &S) const {
+  HEARTBUS_INLINE Volumetric<T> volumetric(const T &J) const {
+    return {0.5 * kappa * (J * (log(J) + 1.0) - 1.0), 0.5 * kappa * (J + 1.0)};
+  }
+
+  template <class T>
+  HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, const Volumetric<T> &volumetric,
+                              Symmetric<T> &S) const {
     Symmetric<T> A;
     const T factor = c * exp(exponent(C, A));
     for (unsigned v = 0; v < 6; ++v)
       S[v] = factor * A[v];
-    add_volumetric_stress(inverse_symmetric(C, J), J_dU(J), S);
+    add_volumetric_stress(inverse_symmetric(C, J), volumetric.J_dU, S);
   }
 
   template <class T>
-  HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, Symmetric<T> &S, Tangent<T> &D) const {
+  HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, const Volumetric<T> &volumetric,
+                                          Symmetric<T> &S, Tangent<T> &D) const {
     Symmetric<T> A;
     const T factor = c * exp(exponent(C, A));
     const Symmetric<double> a = coefficients();
@@ -56,9 +63,8 @@ struct Guccione {
     for (unsigned v = 0; v < 6; ++v)
       D[v][v] += (v < 3 ? 1.0 : 0.5) * a[v] * factor; // a shear entry is shared by E_ij and E_ji
     const Symmetric<T> C_inverse = inverse_symmetric(C, J);
-    const T J_dU_ = J_dU(J), J2_ddU = 0.5 * kappa * (J + 1.0);
-    add_volumetric_stress(C_inverse, J_dU_, S);
-    add_products(C_inverse, T(J_dU_ + J2_ddU), T(-2.0 * J_dU_), D);
+    add_volumetric_stress(C_inverse, volumetric.J_dU, S);
+    add_products(C_inverse, T(volumetric.J_dU + volumetric.J2_ddU), T(-2.0 * volumetric.J_dU), D);
   }
 
  private:
@@ -73,12 +79,6 @@ struct Guccione {
       Q += (v < 3 ? 1.0 : 2.0) * A[v] * E;
     }
     return Q;
-  }
-
-  /// J U'(J)
-  template <class T>
-  HEARTBUS_INLINE T J_dU(const T &J) const {
-    return 0.5 * kappa * (J * (log(J) + 1.0) - 1.0);
   }
 };
 

@@ -17,8 +17,12 @@ using fem::sqrt;
 ///
 ///     T energy(F)                                 W, from which the unit tests derive everything else [Pa]
 ///     T exponent(C)                               the argument of its exponential, 0 when there is none
-///     void stress(C, J, S)                        second Piola-Kirchhoff stress S = dW/dE
-///     void stress_and_tangent(C, J, S, D)         and the material tangent D = dS/dE
+///     Volumetric<T> volumetric(J)                 of its energy of volume U(J), a part of W
+///     void stress(C, J, volumetric, S)            second Piola-Kirchhoff stress S = dW/dE
+///     void stress_and_tangent(C, J, volumetric, S, D)     and the material tangent D = dS/dE
+///
+/// The volumetric part is handed back to the law, so that whoever evaluates U at the mean J of a cell (mean dilatation,
+/// elasticity_kernel.h) can have that instead.
 ///
 /// All tensors are given in the fibre frame: F's columns are the images of the fibre, sheet and normal directions and
 /// C = F^T F. So a law never sees the directions themselves, and rotating a specimen is the caller's business. J is
@@ -47,6 +51,13 @@ HEARTBUS_INLINE Symmetric<T> right_cauchy_green(const Mat3<T> &F) {
   }
   return C;
 }
+
+/// Of an energy of volume U(J) [Pa].
+template <class T>
+struct Volumetric {
+  T J_dU;   ///< J U'(J)
+  T J2_ddU; ///< J^2 U''(J)
+};
 
 /// C^{-1}, given det C = J^2.
 template <class T>
@@ -89,7 +100,8 @@ HEARTBUS_INLINE Mat3<T> full(const Symmetric<T> &S) {
 template <class Law, class T>
 HEARTBUS_INLINE Mat3<T> first_piola(const Law &law, const Mat3<T> &F) {
   Symmetric<T> S;
-  law.stress(right_cauchy_green(F), fem::determinant(F), S);
+  const T J = fem::determinant(F);
+  law.stress(right_cauchy_green(F), J, law.volumetric(J), S);
   return F * full(S);
 }
 

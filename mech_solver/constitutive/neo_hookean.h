@@ -28,34 +28,43 @@ struct NeoHookean {
   }
 
   template <class T>
-  HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, Symmetric<T> &S) const {
+  HEARTBUS_INLINE Volumetric<T> volumetric(const T &J) const {
     const T log_J = log(J);
-    add_stress(C, J, log_J, inverse_symmetric(C, J), S);
+    return {0.5 * kappa * (J * (J - 1.0) + log_J), 0.5 * kappa * (J * J + 1.0 - log_J)};
   }
 
   template <class T>
-  HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, Symmetric<T> &S, Tangent<T> &D) const {
-    const T log_J = log(J);
-    const Symmetric<T> C_inverse = inverse_symmetric(C, J);
-    add_stress(C, J, log_J, C_inverse, S);
+  HEARTBUS_INLINE void stress(const Symmetric<T> &C, const T &J, const Volumetric<T> &volumetric,
+                              Symmetric<T> &S) const {
+    add_stress(C, isochoric_modulus(J), inverse_symmetric(C, J), volumetric, S);
+  }
 
-    const T m = mu * exp(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
+  template <class T>
+  HEARTBUS_INLINE void stress_and_tangent(const Symmetric<T> &C, const T &J, const Volumetric<T> &volumetric,
+                                          Symmetric<T> &S, Tangent<T> &D) const {
+    const Symmetric<T> C_inverse = inverse_symmetric(C, J);
+    const T m = isochoric_modulus(J), I1 = C[0] + C[1] + C[2];
+    add_stress(C, m, C_inverse, volumetric, S);
     for (unsigned v = 0; v < 6; ++v)
       for (unsigned w = 0; w < 6; ++w)
         D[v][w] = (-2.0 / 3.0) * m * ((v < 3 ? 1.0 : 0.0) * C_inverse[w] + (w < 3 ? 1.0 : 0.0) * C_inverse[v]);
-    const T J2_ddU = 0.5 * kappa * (J * J + 1.0 - log_J), J_dU = 0.5 * kappa * (J * (J - 1.0) + log_J);
-    add_products(C_inverse, T(2.0 / 9.0 * m * I1 + J_dU + J2_ddU), T(2.0 / 3.0 * m * I1 - 2.0 * J_dU), D);
+    add_products(C_inverse, T(2.0 / 9.0 * m * I1 + volumetric.J_dU + volumetric.J2_ddU),
+                 T(2.0 / 3.0 * m * I1 - 2.0 * volumetric.J_dU), D);
   }
 
  private:
+  /// mu J^{-2/3}
   template <class T>
-  HEARTBUS_INLINE void add_stress(const Symmetric<T> &C, const T &J, const T &log_J, const Symmetric<T> &C_inverse,
-                                  Symmetric<T> &S) const {
-    const T m = mu * exp(T(-2.0 / 3.0 * log_J)), I1 = C[0] + C[1] + C[2];
+  HEARTBUS_INLINE T isochoric_modulus(const T &J) const {
+    return mu * exp(T(-2.0 / 3.0 * log(J)));
+  }
+
+  template <class T>
+  HEARTBUS_INLINE void add_stress(const Symmetric<T> &C, const T &m, const Symmetric<T> &C_inverse,
+                                  const Volumetric<T> &volumetric, Symmetric<T> &S) const {
     for (unsigned v = 0; v < 6; ++v)
       S[v] = v < 3 ? m : T{};
-    const T J_dU = 0.5 * kappa * (J * (J - 1.0) + log_J);
-    add_volumetric_stress(C_inverse, T(J_dU - m * I1 / 3.0), S);
+    add_volumetric_stress(C_inverse, T(volumetric.J_dU - m * (C[0] + C[1] + C[2]) / 3.0), S);
   }
 };
 

@@ -77,7 +77,7 @@ class BadInput(unittest.TestCase):
                     ["nowhere.yaml: this scene file cannot be read"])
 
     def test_an_absent_program_is_named_with_the_nearest(self):
-        self.scene.write_text("participants:\n  ep: {program: epsolver}\ncoupling: {scheme: electromechanics}\n")
+        self.scene.write_text("participants:\n  ep: {program: epsolver}\ncoupling: {scheme: one_way}\n")
         self.expect(Launch([BIN / "coupler", "scene.yaml", "--launch-line"], self.folder.name), 2,
                     ["'participants.ep.program': there is no executable 'epsolver'; did you mean 'ep_solver'?"])
 
@@ -87,7 +87,7 @@ class BadInput(unittest.TestCase):
                     ["--set alhpa: the key is unknown; did you mean 'alpha'?"])
 
     def test_a_participant_that_nobody_expects_is_named(self):
-        self.scene.write_text("participants: {ep: {ranks: 1}}\ncoupling: {scheme: electromechanics}\n")
+        self.scene.write_text("participants: {ep: {ranks: 1}}\ncoupling: {scheme: one_way}\n")
         launch = Launch(whole_launch("scene.yaml", programs=("ep_solver", "ale_solver")), self.folder.name)
         self.expect(launch, 3, ["ale"])
 

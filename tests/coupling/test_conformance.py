@@ -39,9 +39,6 @@ class Conformance(unittest.TestCase):
             with self.subTest(role):
                 self.assert_passes(role + "_solver", role)
 
-    def test_a_foreign_one_passes(self):
-        self.assert_passes(f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} nothing", "fluid")
-
     def test_whoever_does_something_wrong_is_told_what(self):
         for mischief, failed, reason in WRONG:
             with self.subTest(mischief):

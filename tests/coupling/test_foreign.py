@@ -1,4 +1,5 @@
-"""A program of somebody else that does something wrong ends the launch: one message with the culprit, its code, nobody left."""
+"""A program of somebody else that does something wrong ends the launch: one message with the culprit, its code, nobody left.
+What does not fit between two programs is in test_conformance.py."""
 import subprocess
 import sys
 import tempfile
@@ -10,16 +11,16 @@ from launch import BIN, SOURCE, Launch
 from test_own_code import use_library
 
 SHARE = BIN.parent / "share/heartbus"
-SECONDS = 10
+SECONDS = 30  # the deadline is not waited for, but the machine may be busy
 SCENE = f"""\
 base: {SOURCE}/configs/ideal_lv/electromechanics.yaml
 scene: foreign
 geometry: {{mesh: MXS}}
 time: {{end: 4 ms, step: 1 ms}}
-coupling: {{deadline: 4 s}}
+coupling: {{deadline: 20 s}}
 participants:
-  ep: {{command: COMMAND, settings: {{pressure: 10 mmHg}}}}
-  mech: {{program: stand_in, settings: {{mischief: none, step: 0, delay: 0}}}}
+  ep: {{command: COMMAND, ranks: 1, settings: {{pressure: 10 mmHg}}}}
+  mech: {{program: stand_in, ranks: 1, settings: {{mischief: none, step: 0, delay: 0}}}}
 output: {{every: 0 ms}}
 """
 PYTHON = """\
@@ -38,13 +39,9 @@ with heartbus.join("ep", "mine") as bus:
 WRONG = [
     ("nothing", "", "", 0, []),
     ("an exception", "calcium[:] = order.time", "calcium[10**6] = 1", 1,
-     ["heartbus: ep (rank 0): IndexError: index 1000000 is out of bounds", "(mine.py:11)"]),
+     ["heartbus: ep (rank 0): IndexError: index 1000000 is out of bounds", "(mine.py:10)"]),
     ("a failure of its own", "calcium[:] = order.time", "raise heartbus.Failure(heartbus.FILE, 'table.csv:3: no number')", 8,
      ["heartbus: ep (rank 0): table.csv:3: no number"]),
-    ("a missing field", '"calcium"', '"kalzium"', 3,
-     ["the scheme electromechanics needs 'calcium' from ep to mech (ep declares no such output)"]),
-    ("another unit", '"uM"', '"mM"', 3, ["field 'calcium' is sent by ep in 'mM', but expected by mech in 'uM'"]),
-    ("other points", "wall.points, wall", "wall.points + 1e-3, wall", 4, ["points of mech.tissue", "m away"]),
     ("NaN", "calcium[:] = order.time", "calcium[3] = float('nan')", 6,
      ["heartbus: ep (rank 0): field 'calcium' is nan at point (", "it has not been sent"]),
     ("points of nobody", '"mech", "tissue"', '"mesh", "tissue"', 3,
@@ -60,7 +57,7 @@ WRONG = [
     ("a declaration that comes late", "calcium[:] = order.time", "bus.task('late')", 3,
      ["task 'late' is declared after the first order"]),
     ("it ends the process", "calcium[:] = order.time", "os._exit(0)", None, []),
-    ("no MPI", "import heartbus", "raise SystemExit(0)", 3, ["ep ended without joining the others: is "]),
+    ("no MPI", "import heartbus", "raise SystemExit(0)", None, ["heartbus: ep"]),
 ]
 CRASH = """\
 program crash
@@ -98,7 +95,8 @@ class Foreign(unittest.TestCase):
     def launch(self, command):
         scene = self.folder / "scene.yaml"
         scene.write_text(SCENE.replace("COMMAND", command))
-        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe"], self.folder)
+        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe", "--force"],
+                      self.folder)
 
     def assert_ends(self, run, code, parts):
         self.assertEqual(run.code, code, run.output) if code is not None else self.assertNotEqual(run.code, 0, run.output)

@@ -13,7 +13,7 @@ from launch import BIN, SOURCE, Launch, run_scene
 SCENE = """
 scene: small
 time: {end: 4 ms, step: 0.2 ms}
-coupling: {scheme: electromechanics}
+coupling: {scheme: one_way}
 participants: {ep: {ranks: 1}}
 geometry: {mesh: MXS}
 output: {every: 1 ms}

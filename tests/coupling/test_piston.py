@@ -57,8 +57,8 @@ def run(folder, *settings):
 def volume_defect_after_push(alpha, *settings):
     """A push so small that nobody minds that what comes of it grows."""
     with tempfile.TemporaryDirectory() as folder:
-        launch, history = run(folder, f"alpha={alpha} kg/(m^2 s)", "end_pressure.ramp=0.2 ms",
-                              "end_pressure.final=0.01 Pa", "time.end=40 ms", *settings)
+        launch, history = run(folder, f"alpha={alpha} kg/(m^2 s)", "push.pressure.times=[0 ms, 0.2 ms]",
+                              "push.pressure.values=[0 Pa, 0.01 Pa]", "time.end=40 ms", *settings)
     assert launch.code == 0, launch.output
     return history["volume_defect [m^3/s]"]
 

@@ -61,7 +61,7 @@ class Results(unittest.TestCase):
     def fails_at_the_first_step(self, *arguments):
         """A wall that cannot converge: long after the start, long before the first checkpoint."""
         return self.refused(5, [], *arguments, settings=["mechanics.solver.max_iterations=1",
-                                                         "end_pressure.ramp=0 ms", "end_pressure.final=100 kPa"])
+                                                         "push.pressure.times=[0 ms]", "push.pressure.values=[100 kPa]"])
 
 
 class WhatEarlierRunsLeft(Results):
@@ -230,7 +230,7 @@ class Readers(Results):
              h5py.File(self.folder / "force.h5", "r") as force:
             with h5py.File(self.folder / "out/fields/fluid.h5", "r") as now:
                 velocity, values = now["000003/velocity"][:], force["values"][:]
-            self.run_well(*record, settings=["output.every=2 ms", "end_pressure.final=100 Pa"])
+            self.run_well(*record, settings=["output.every=2 ms", "push.pressure.values=[0 Pa, 100 Pa]"])
             np.testing.assert_array_equal(fields["000003/velocity"][:], velocity)
             np.testing.assert_array_equal(force["values"][:], values)
         with h5py.File(self.folder / "out/fields/fluid.h5", "r") as now:

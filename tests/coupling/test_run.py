@@ -20,7 +20,7 @@ HOST = socket.gethostname()
 SMALL = """
 scene: small
 time: {end: 20 s, step: 0.2 ms}
-coupling: {scheme: electromechanics, deadline: 30 s}
+coupling: {scheme: one_way, deadline: 30 s}
 participants: {ep: {ranks: 2}}
 geometry: {mesh: MXS}
 electrophysiology: {refinements: 1}
@@ -122,7 +122,7 @@ class Words(Case):
 
     def test_options_of_the_coupler_and_of_the_launch_are_told(self):
         text = self.launch("--help").output
-        for option in ("--set", "--restart", "--validate", "--hosts", "--print", "--oversubscribe"):
+        for option in ("--set", "--restart", "--validate", "--hosts", "--print", "--oversubscribe", "--force"):
             self.assertIn(option, text)
 
     def test_more_ranks_than_cores_are_refused_unless_they_are_meant(self):
@@ -254,7 +254,7 @@ class Deaths(Case):
 
     def test_so_is_a_replay(self):
         (self.folder / "ventricle.yaml").write_text(f"base: {SOURCE}/tests/regression/small_heartbeat.yaml\n"
-                                                    "coupling: {scheme: electromechanics}\n"
+                                                    "coupling: {scheme: one_way}\n"
                                                     "participants: {ep: {ranks: 1}, mech: {ranks: 1}, ale: , fluid: }\n")
         beat = ["--set", "time.end=200 ms"]
         launch = self.launch("ventricle.yaml", "--out", "recorded", "--record", "calcium=calcium.h5", *beat)

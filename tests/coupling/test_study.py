@@ -26,7 +26,7 @@ PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 STUDY = f"""
 about: Losses of the piston
 base: {PISTON}
-settings: {{time.end: 20 ms, end_pressure.ramp: 10 ms, checkpoint.every: 4 ms, keep: 9}}
+settings: {{time.end: 20 ms, push.pressure.times: "[0 ms, 10 ms]", checkpoint.every: 4 ms, keep: 9}}
 vary:
   scheme:
     EFS1: {{scheme: EFS1}}
@@ -43,7 +43,7 @@ figures:
 UNSTABLE = "  unstable: {alpha: 60000 kg/(m^2 s), from: {run: EFS1_a5000, time: 8 ms}}\n"
 BORDER = f"""
 base: {PISTON}
-settings: {{end_pressure.ramp: 0.2 ms, end_pressure.final: 0.01 Pa, steps: 200}}
+settings: {{push.pressure.times: "[0 ms, 0.2 ms]", push.pressure.values: "[0 Pa, 0.01 Pa]", steps: 200}}
 vary:
   scheme: {{EFS1: {{scheme: EFS1}}}}
 border: {{key: alpha, unit: kg/(m^2 s), values: [22000, 28000], precision: 0.03, column: volume_defect, closed_form: piston}}
@@ -183,7 +183,7 @@ class Studies(unittest.TestCase):
 
     def test_the_budget_of_the_piston_finds_what_contributes_what(self):
         command = ["/usr/bin/python3", SOURCE / "tools/study.py", "budget", PISTON, "--out", "out", "--of", "V", "p",
-                   "--set", "time.end=8 ms", "--set", "end_pressure.ramp=4 ms"]
+                   "--set", "time.end=8 ms", "--set", "push.pressure.times=[0 ms, 4 ms]"]
         launch = Launch(command, self.folder)
         self.assertEqual(launch.code, 0, launch.output)
         with open(self.folder / "out/budget_efs1/budget.csv", newline="") as file:

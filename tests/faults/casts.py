@@ -11,7 +11,7 @@ from launch import SOURCE, Launch, launch_words  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 HEARTBEAT = SOURCE / "tests/regression/small_heartbeat.yaml"
-ALONE = "coupling: {scheme: electromechanics}\nparticipants: {ep: {ranks: 1}, %s ale: , fluid: }\n"
+ALONE = "coupling: {scheme: one_way}\nparticipants: {ep: {ranks: 1}, %s ale: , fluid: }\n"
 SCENES = {
     "piston": f"base: {PISTON}\n",
     "merged": f"base: {PISTON}\ncoupling: {{scheme: E1FSinf}}\n"

@@ -12,7 +12,7 @@ from casts import SETS
 
 NOT_CONVERGED, NOT_FINITE, DEADLINE, FILE, HANDSHAKE, MAP = 5, 6, 7, 8, 3, 4
 PARTICIPANTS = ("coupler", "ep", "mech", "ale", "fluid", "fsi", "replay")
-PUSH = ["end_pressure.ramp=0 ms", "end_pressure.final=100 kPa"]
+PUSH = ["push.pressure.times=[0 ms]", "push.pressure.values=[100 kPa]"]
 
 
 @dataclass
@@ -55,7 +55,7 @@ def no_convergence(trial):
 def inverted(trial):
     """The wall moves through the blood's mesh, whose blood hardly resists; the wall's own mesh is so in its state."""
     if trial.participant == "ale":
-        settings = ["end_pressure.ramp=0 ms", "end_pressure.final=20 kPa", "alpha=1 kg/(m^2 s)"]
+        settings = ["push.pressure.times=[0 ms]", "push.pressure.values=[20 kPa]", "alpha=1 kg/(m^2 s)"]
         return trial.judge("inverted mesh", trial.launch(settings=settings, end=100), [NOT_FINITE])
     sets.turn_over(trial.state())
     sets.seal(trial.sets / SETS[-1])

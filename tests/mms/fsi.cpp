@@ -59,7 +59,7 @@ Scene piston() {
   scene.mech.rollers = scene.fluid.slip = scene.ale.slip = {"x_low", "x_high", "y_low", "y_high"};
   scene.mech.pericardium = {{"z_low"}, 1e4, 0, 2e4, 0};
   scene.mech.initial_pressure = scene.fluid.initial_pressure = 0;
-  scene.mech.end_pressure = {"z_low", 0, 500, 10 * dt};
+  scene.mech.loads["push"] = {"z_low", {{0, 10 * dt}, {0, 500}}};
   scene.fluid.no_slip = scene.ale.fixed = {"z_high"};
   return scene;
 }
@@ -90,7 +90,7 @@ struct Run {
   void advance(int n_steps) {
     for (int step = 1; step <= n_steps; ++step) {
       set_tension(step * dt);
-      solid.end_pressure = scene.mech.end_pressure.at(step * dt);
+      solid.time = step * dt;
       fluid.prepare(lifted());
       d.sadd(2, -1, solid.d_nm1);
       solve();

@@ -17,7 +17,7 @@ TEST(Guccione, SmallStrainModuliAreTheCoefficientsTimesC) {
   const Guccione law;
   Symmetric<double> S;
   Tangent<double> D;
-  law.stress_and_tangent(Symmetric<double>{1, 1, 1, 0, 0, 0}, 1.0, S, D);
+  law.stress_and_tangent(Symmetric<double>{1, 1, 1, 0, 0, 0}, 1.0, law.volumetric(1.0), S, D);
   EXPECT_NEAR(D[0][0], 880 * 8 + 50e3, 1e-9);
   EXPECT_NEAR(D[0][1], 50e3, 1e-9);
   EXPECT_NEAR(D[3][3], 0.5 * 880 * 12, 1e-9); // the shear modulus c a_fs / 2 = 5.3 kPa

@@ -181,8 +181,9 @@ TEST(Indicators, WithoutValvesVolumesAreTheExtremeOnes) {
   History history = heartbeat();
   history.columns[4] = {"other", "", {}};
   const auto result = indicators(history, period);
-  EXPECT_NEAR(result["EF_percent"], 100 * (120 - 58.5) / 120, 1e-10);
-  for (const char *key : {"ILI_C_percent", "ILI_R_percent", "phases", "aortic_opens_ms"})
+  EXPECT_NEAR(result["V_max_mL"], 120, 1e-10);
+  EXPECT_NEAR(result["V_min_mL"], 58.5, 1e-10);
+  for (const char *key : {"EF_percent", "EDV_mL", "ESV_mL", "ILI_C_percent", "ILI_R_percent", "phases", "aortic_opens_ms"})
     EXPECT_FALSE(result.contains(key)) << key;
 }
 

@@ -20,7 +20,7 @@ TEST(NeoHookean, LanesGiveTheNumbersOfOne) { expect_lanes_equal_double(soft); }
 TEST(NeoHookean, SmallStrainModuliAreThoseOfLinearElasticity) {
   Symmetric<double> S;
   Tangent<double> D;
-  soft.stress_and_tangent(Symmetric<double>{1, 1, 1, 0, 0, 0}, 1.0, S, D);
+  soft.stress_and_tangent(Symmetric<double>{1, 1, 1, 0, 0, 0}, 1.0, soft.volumetric(1.0), S, D);
   EXPECT_NEAR(D[0][0], 50e3 + 4.0 / 3.0 * 12e3, 1e-9); // kappa + 4 mu / 3 = 66 kPa
   EXPECT_NEAR(D[0][1], 50e3 - 2.0 / 3.0 * 12e3, 1e-9);
   EXPECT_NEAR(D[3][3], 12e3, 1e-9);

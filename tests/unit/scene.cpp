@@ -33,7 +33,7 @@ TEST(Scene, TheDefaultSceneReadsBackFromItsOwnPrint) {
 TEST(Scene, OnlyTheListedParticipantsTakePart) {
   const SceneParameters scene =
       read_scene("participants:\n  mech: {ranks: 2}\n  mine: {program: ./x, settings: {a: 1 b}}\n"
-                 "coupling: {scheme: electromechanics}\n",
+                 "coupling: {scheme: one_way}\n",
                  "scene");
   EXPECT_EQ(scene.participants.size(), 2u);
   EXPECT_EQ(scene.participants.at("mech").program, "mech_solver");
@@ -47,6 +47,44 @@ TEST(Scene, KeysOnTheCommandLineMayBeShortenedWhileTheyAreUnique) {
   EXPECT_NE(complaint("scene: a", {"alpha=2"}).find("--set alpha=2: key 'coupling.alpha': '2' has no unit"),
             std::string::npos);
   EXPECT_NE(complaint("scene: a", {"alpha"}).find("write key=value"), std::string::npos);
+}
+
+TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
+  const std::string piston = "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
+                             "mechanics: {law: neo_hookean, fixed: [], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
+  EXPECT_EQ(complaint(piston, {"kappa=1 kPa", "density=1.1 g/cm^3", "geometry.piston.fluid=5 mm"}),
+            "--set density: the key is not unique; write one of mechanics.density, fluid.density");
+  EXPECT_EQ(complaint(piston, {"kappa=1 kPa"}), "");
+  EXPECT_EQ(complaint("mechanics: {law: neo_hookean}", {"neo_hookean.kappa=1 kPa", "law=neo_hookean"}), "");
+  const std::string tube = "geometry: {shape: tube}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
+                           "mechanics: {fixed: [ends], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
+  EXPECT_EQ(complaint(tube, {"wall=2 mm", "radius=4 mm"}), "");
+  EXPECT_EQ(complaint("scene: a", {"wall=12 mm"}), "");
+}
+
+TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
+  const std::string radius = complaint("scene: a", {"radius=0.1 mm"});
+  EXPECT_NE(radius.find("--set radius: this scene does not use 'geometry.tube.radius': 'geometry.shape' is "
+                        "ideal_left_ventricle"), std::string::npos) << radius;
+  EXPECT_NE(radius.find("geometry.ventricle.mitral_radius"), std::string::npos) << radius;
+  for (const auto &[setting, why] :
+       {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure=1 kPa", "'fluid.inlet.label' is empty"},
+        {"epsilon=1e-6", "'coupling.scheme' is EFS1"}, {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
+    EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos) << setting << complaint("scene: a", {setting});
+  const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
+  EXPECT_NE(complaint(alone, {"aortic_pressure=9 kPa"}).find("neither fluid_solver nor fsi_solver takes part"), std::string::npos);
+  EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: one_way}\n", {"aortic_pressure=9 kPa"}),
+            "") << "a program from elsewhere may use any key";
+  EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
+}
+
+TEST(Scene, NearMissesGetASuggestion) {
+  EXPECT_NE(complaint("participants: {ep: }\ncoupling: {scheme: one_way}", {"aortic_presure=1"}).find("'aortic_pressure'"),
+            std::string::npos) << "of a key that the scene does not use, too";
+  for (const auto &[key, meant] : {std::pair{"alhpa", "'alpha'"}, {"coupling.alpa", "'coupling.alpha'"},
+                                   {"ventricle.wal", "'ventricle.wall'"}, {"tension_m", "tension_max"}})
+    EXPECT_NE(complaint("scene: a", {std::string(key) + "=1"}).find(meant), std::string::npos)
+        << complaint("scene: a", {std::string(key) + "=1"});
 }
 
 TEST(Scene, AlphaIsAQuantityOrAutomatic) {
@@ -69,7 +107,6 @@ TEST(Scene, KeysOfAnotherSchemeAreRefused) {
 TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("time: {end: 1 ms, step: 0.3 ms}").find("key 'time.step'"), std::string::npos);
   EXPECT_NE(complaint("output: {every: 0.3 ms}").find("must be a multiple of 'time.step'"), std::string::npos);
-  EXPECT_NE(complaint("coupling: {scheme: electromechanics}").find("no participants 'fluid'"), std::string::npos);
   EXPECT_NE(complaint("coupling: {iterations: 2}").find("EFS1 has one iteration"), std::string::npos);
   EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
   EXPECT_NE(complaint("fluid: {initial_pressure: 10 mmHg}").find("start in balance"), std::string::npos);
@@ -100,7 +137,7 @@ TEST(Scene, BeatsThatContradictTheEndAreRefused) {
   EXPECT_NE(complaint("time: {beats: 0}").find("key 'time.beats': must be 1 at least"), std::string::npos);
   EXPECT_NE(complaint("time: {until_periodic: 1 %}").find("needs 'beats'"), std::string::npos);
   EXPECT_NE(complaint("time: {beats: 2, until_periodic: 1 ms}").find("key 'time.until_periodic'"), std::string::npos);
-  EXPECT_NE(complaint("time: {beats: 2, until_periodic: 1 %}\ncoupling: {scheme: electromechanics}\n"
+  EXPECT_NE(complaint("time: {beats: 2, until_periodic: 1 %}\ncoupling: {scheme: one_way}\n"
                       "participants: {ep: , mech: {}}")
                 .find("neither 'fluid' nor 'fsi' takes part"),
             std::string::npos);
@@ -108,12 +145,12 @@ TEST(Scene, BeatsThatContradictTheEndAreRefused) {
 }
 
 TEST(Scene, APulseNeedsAnOpening) {
-  const fluid::InletParameters pulse{"inlet", 1333, 3e-3};
+  const config::Table pulse{{0, 3e-3, 3e-3}, {1333, 1333, 0}};
   EXPECT_EQ(pulse.at(1e-4), 1333);
   EXPECT_EQ(pulse.at(30 * 1e-4), 1333);
   EXPECT_EQ(pulse.at(31 * 1e-4), 0);
-  EXPECT_NE(complaint("fluid: {inlet: {label: base}}").find("no pulse comes through 'base'"), std::string::npos);
-  EXPECT_NE(complaint("fluid: {inlet: {label: inlet, pressure: 10 ms}}").find("key 'fluid.inlet.pressure'"),
+  EXPECT_NE(complaint("fluid: {inlet: {label: base}}").find("nothing comes through 'base'"), std::string::npos);
+  EXPECT_NE(complaint("fluid: {inlet: {label: inlet, pressure: {values: [10 ms]}}}").find("key 'fluid.inlet.pressure.values'"),
             std::string::npos);
 }
 
@@ -123,9 +160,9 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
        "22 m is out of range; allowed: from 0.001 to 0.5 m: hearts measure centimetres; metres for millimetres?"},
       {"geometry: {ventricle: {mitral_radius: 1e-300 m}}", "out of range"},
       {"geometry: {ventricle: {mitral_centre: -15 mm}}", "beyond the base, whose radius is"},
-      {"geometry: {shape: slab, slab: {cell: 1e-9 m}}\nparticipants: {ep: {}}\ncoupling: {scheme: electromechanics}",
+      {"geometry: {shape: slab, slab: {cell: 1e-9 m}}\nparticipants: {ep: {}}\ncoupling: {scheme: one_way}",
        "key 'geometry.slab.cell'"},
-      {"geometry: {shape: slab, slab: {cell: 0.01 mm}}\nparticipants: {ep: {}}\ncoupling: {scheme: electromechanics}",
+      {"geometry: {shape: slab, slab: {cell: 0.01 mm}}\nparticipants: {ep: {}}\ncoupling: {scheme: one_way}",
        "cells; 100000000 at most"},
       {"geometry: {piston: {cells_across: 5000}}", "cells; 100000000 at most"},
       {"geometry: {shape: slab}", "has no fluid; take ideal_left_ventricle"},
@@ -142,7 +179,13 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
       {"mechanics: {pericardium: {labels: [epicardum]}}", "did you mean 'epicardium'?"},
       {"fluid: {inlet: {label: ends}}", "key 'fluid.inlet'"},
       {"lifting: {slip: [x_low]}", "key 'lifting.slip'"},
-      {"mechanics: {passive_regions: [ring]}", "the solid has no region 'ring'"},
+      {"mechanics: {loads: {push: {label: interfase}}}", "no boundary label 'interfase'; did you mean 'interface'?"},
+      {"mechanics: {loads: {push: {pressure: {values: [1 Pa]}}}}", "key 'mechanics.loads.push.label'"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {values: [1 Pa, 2 Pa]}}}}", "2 entries for 1 of 'times'"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {times: [1 s, 0 s], values: [1 Pa, 2 Pa]}}}}", "must ascend"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {table: none.csv}}}}", "none.csv: this table cannot be read"},
+      {"mechanics: {inertia: false}", "'inertia: false' is for a wall without blood"},
+      {"mechanics: {regions: {ring: {contracts: false}}}", "the solid has no region 'ring'"},
       {"scene: ..", "cannot name a folder"},
       {"scene: -n", "cannot name a folder"},
       {"scene: \"a\\nb\"", "control characters"},

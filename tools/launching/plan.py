@@ -11,6 +11,13 @@ class Program:
     ranks: int = 1
     words: list = field(default_factory=list)
 
+    @property
+    def shown(self):
+        """The program; of a command of the scene all of it, without what `env` is told before (coupler/launch.cpp)."""
+        if self.words[0] != "env":
+            return self.words[0]
+        return " ".join(self.words[3:])
+
 
 @dataclass
 class Plan:

@@ -179,7 +179,7 @@ class Watch:
         if missing and not self.spans_nodes():
             program = self.plan.member(missing[0])[0]
             names = ", ".join(self.plan.who(rank) for rank in missing[:5]) + (", ..." if len(missing) > 5 else "")
-            self.end_because(3, f"{names} ended without joining the others: is {program.words[0]} a participant?")
+            self.end_because(3, f"{names} ended without joining the others: is {program.shown} a participant?")
 
     def spans_nodes(self):
         return "--host" in self.command

@@ -11,7 +11,7 @@ INK, GRID = "#222222", "#d9dee4"
 # Okabe and Ito, "Color Universal Design", jfly.uni-koeln.de/color.
 PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#6b6b6b"]
 SCHEMES = {"EFS1": 0, "E1FSinf": 1, "EFS1-corrected": 2, "E1FS2": 3, "E1FS": 3, "adaptive": 4, "by_phase": 5, "E1FS3": 6,
-           "electromechanics": 7, "corrected": 2}
+           "one_way": 7, "corrected": 2}
 # Name, short name, colour of each phase of the heartbeat, in every picture.
 PHASES = {
     "isovolumetric contraction": ("IC", "#f6d9cd"),

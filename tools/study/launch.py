@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from launching.programs import ROOT, programs  # noqa: F401  (ROOT is for others of this folder)
 from results import History
 
 from .scene import StudyError, lay_over
 
-ROOT = Path(__file__).resolve().parents[2]
-BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
+BIN = programs()
 SCENE, CONVERGENCE, NOT_FINITE = 2, 5, 6  # exit codes that say something about the run itself
 LASTING = (SCENE, 3, 4, CONVERGENCE, NOT_FINITE)
 

@@ -218,7 +218,7 @@ class Study:
         own = {"scene": "calcium", "coupling": None, "output": {"checkpoint": None}, "participants": None,
                "mechanics": {"active": {"model": "none"}}}
         scene = lay_over(tree, own)
-        scene["coupling"] = {"scheme": "electromechanics"}
+        scene["coupling"] = {"scheme": "one_way"}
         scene["participants"] = {"ep": {"program": "ep_solver", "ranks": self.ranks},
                                  "mech": {"program": "mech_solver", "ranks": self.ranks}}
         ends = [tree["time"]["end"], self.base_tree["time"]["end"]]
