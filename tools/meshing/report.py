@@ -69,7 +69,7 @@ def of_foreign(mesh, unit):
 
 
 def stimulus_sites(part):
-    """Three places [m] on the endocardium, spread around it, a little above the middle from apex to base; None without."""
+    """Three places [m] on the endocardium, spread around it, about half way from apex to base; None without."""
     nodes = part.nodes_of("interface")
     base = part.nodes_of("base")
     if not len(nodes) or not len(base):
@@ -79,7 +79,7 @@ def stimulus_sites(part):
     axis = (middle - apex) / np.linalg.norm(middle - apex)
     e = np.eye(3)[np.abs(axis).argmin()]
     u = np.cross(axis, e) / np.linalg.norm(np.cross(axis, e))
-    v, height = np.cross(axis, u), 0.6 * np.linalg.norm(middle - apex)
+    v, height = np.cross(axis, u), 0.45 * np.linalg.norm(middle - apex)
     off = x - apex - ((x - apex) @ axis)[:, None] * axis
     radius = np.median(np.linalg.norm(off, axis=1))
     wanted = [apex + height * axis + radius * (np.cos(t) * u + np.sin(t) * v) for t in 2 * np.pi / 3 * np.arange(3)]
