@@ -4,25 +4,42 @@ from math import factorial
 import numpy as np
 
 
-def shell_pressure(inner_stretch, mu, a, b):
-    """Pressure that inflates an incompressible neo-Hookean shell, radii a < b at rest, to r(a) = inner_stretch a: of
-    W = mu/2 (I1 - 3), p = mu/2 [4/l + 1/l^4] from l = r(a)/a to r(b)/b (A. E. Green, W. Zerna, Theoretical Elasticity, 1954)."""
-    def work(stretch):
-        return 4 / stretch + 1 / stretch**4
-    return mu / 2 * (work(shell_outer_stretch(inner_stretch, a, b)) - work(inner_stretch))
+def shell_stresses(radial, hoop, mu, kappa):
+    """First Piola-Kirchhoff stresses dW/d(stretch), radial and in each of the two hoop directions, of
+    W = mu/2 (J^(-2/3) I1 - 3) + kappa/4 ((J - 1)^2 + ln^2 J)."""
+    volume = radial * hoop**2
+    square = radial**2 + 2 * hoop**2
+    pressure = kappa / 2 * (volume - 1 + np.log(volume) / volume) * volume
+    return [(mu * volume ** (-2 / 3) * (stretch**2 - square / 3) + pressure) / stretch for stretch in (radial, hoop)]
 
 
-def shell_outer_stretch(inner_stretch, a, b):
-    return (1 + (inner_stretch**3 - 1) * (a / b) ** 3) ** (1 / 3)
+def shell_end(inner, pressure, mu, kappa, a, b, steps=100):
+    """(radial stress at b, r(b)) of a shell at rest from a to b whose inner surface is at r(a) = inner under pressure:
+    P' = -2 (P - P_hoop)/R, r' = the radial stretch that has the stress P, by the midpoint rule."""
+    def slopes(radius, r, stress):
+        radial, hoop = (radius / r) ** 2, r / radius
+        for _ in range(6):
+            value = shell_stresses(radial, hoop, mu, kappa)[0]
+            rate = (shell_stresses(radial + 1e-7, hoop, mu, kappa)[0] - value) / 1e-7
+            radial -= (value - stress) / rate
+        return radial, -2 / radius * (stress - shell_stresses(radial, hoop, mu, kappa)[1])
+
+    h, r, stress = (b - a) / steps, inner, -pressure * (inner / a) ** 2
+    for k in range(steps):
+        dr, ds = slopes(a + k * h, r, stress)
+        dr, ds = slopes(a + (k + 0.5) * h, r + h / 2 * dr, stress + h / 2 * ds)
+        r, stress = r + h * dr, stress + h * ds
+    return stress, r
 
 
-def shell_displacements(pressure, mu, a, b):
-    """How far the inner and the outer surface move [m], on the branch that begins at rest."""
-    low, inner = 1, 1.5
-    for _ in range(60):
-        middle = (low + inner) / 2
-        low, inner = (middle, inner) if shell_pressure(middle, mu, a, b) < pressure else (low, middle)
-    return (inner - 1) * a, (shell_outer_stretch(inner, a, b) - 1) * b
+def shell_displacements(pressure, mu, kappa, a, b):
+    """How far the inner and the outer surface of a compressible neo-Hookean shell move [m], on the branch that begins at
+    rest: the ordinary differential equation of its spherical symmetry, by shooting."""
+    low, high = a, 1.5 * a
+    for _ in range(40):
+        inner = (low + high) / 2
+        low, high = (inner, high) if shell_end(inner, pressure, mu, kappa, a, b)[0] < 0 else (low, inner)
+    return low - a, shell_end(low, pressure, mu, kappa, a, b)[1] - b
 
 
 def bar_tip(time, length, speed, modulus, traction):
