@@ -155,7 +155,7 @@ struct Setting {
   throw Failure(ExitCode::scene, "--set " + setting.key + ": " + why);
 }
 
-Setting parsed(const std::string &text, const Words &paths, const SceneParameters &scene) {
+Setting parsed(const std::string &text, const Words &paths) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos || sign == 0)
     throw Failure(ExitCode::scene, "--set " + text + ": write key=value");
@@ -164,11 +164,8 @@ Setting parsed(const std::string &text, const Words &paths, const SceneParameter
   const bool is_free = is_within(setting.key, "participants"); // these may be new
   if (setting.candidates.empty() && is_free)
     setting.candidates = {setting.key};
-  if (setting.candidates.empty()) {
-    const std::string meant = hint(setting.key, used_of(scene, paths));
-    refuse(setting, "the key is unknown" + (meant == "." ? hint(setting.key, paths) : meant) +
-                        " 'coupler --print-defaults' lists all keys");
-  }
+  if (setting.candidates.empty())
+    refuse(setting, "the key is unknown" + hint(setting.key, paths) + " 'coupler --print-defaults' lists all keys");
   return setting;
 }
 
@@ -191,7 +188,7 @@ void lay_over(config::Node &root, const Words &texts, const std::function<SceneP
   const Words paths = config::key_paths([&](config::Section &section) { scene.describe(section); });
   std::vector<Setting> settings;
   for (const auto &text : texts)
-    settings.push_back(parsed(text, paths, scene));
+    settings.push_back(parsed(text, paths));
   const auto set = [&root](Setting &setting, const std::string &path) {
     setting.path = path;
     config::set_value(root, path, setting.value, setting.words);

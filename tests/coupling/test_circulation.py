@@ -39,7 +39,7 @@ class Circulation(unittest.TestCase):
                      cls.folder)
         assert run.code == 0, run.output
         with open(cls.folder / name / "history.csv") as file:
-            return [{key: value if key == "phase" else float(value) for key, value in row.items()}
+            return [{title.split(" ")[0]: value if title == "phase" else float(value) for title, value in row.items()}
                     for row in csv.DictReader(file)]
 
     def test_closed_valves_keep_the_volume_and_open_ones_pass_what_it_changes_by(self):

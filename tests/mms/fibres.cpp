@@ -30,9 +30,10 @@ void for_each_owned_point(const fem::LagrangeSpace &space, const Visit &visit) {
 
 double largest(double x) { return dealii::Utilities::MPI::max(x, MPI_COMM_WORLD); }
 
-geometry::Mesh ventricle(const std::string &cells = "hexahedra") {
+geometry::Mesh ventricle(const std::string &cells = "hexahedra", const std::string &mesh = "M0") {
   geometry::Parameters parameters;
   parameters.cells = cells;
+  parameters.mesh = mesh;
   return geometry::make_solid(parameters);
 }
 
@@ -120,20 +121,36 @@ TEST(Fibres, AreLaidInCellsWithAllVerticesOnOneSide) {
   EXPECT_LT(worst_frame(space, fem::Fibres(space, {})), 1e-12);
 }
 
-/// On the ventricle with a flat base, the general rule lays the fibres of the special one.
-TEST(Fibres, BetweenApexAndRingsAreThoseBelowAFlatBase) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle());
+namespace {
+
+/// Mean angle [degrees] between the fibres of the general and of the special rule where they do not disperse, and the
+/// largest difference of the dispersed share.
+std::pair<double, double> differences_of_rules(const char *mesh) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle("hexahedra", mesh));
   const fem::Fibres special(space, by_rule("transmural")), general(space, by_rule("apicobasal"));
-  double worst = 0, worst_share = 0;
+  double angles = 0, n = 0, worst_share = 0;
   for_each_owned_point(space, [&](unsigned slot, unsigned q) {
     const Point3 a = column(special, slot, q, 0), b = column(general, slot, q, 0), s = column(special, slot, q, 1);
     const double share = special.dispersion(slot / n_lanes)[q][slot % n_lanes];
     worst_share = std::max(worst_share, std::abs(share - general.dispersion(slot / n_lanes)[q][slot % n_lanes]));
-    if (std::hypot(s[0], s[1]) > std::sin(M_PI / 6)) // not at the apex, where they disperse
-      worst = std::max(worst, std::acos(std::min(1., a[0] * b[0] + a[1] * b[1] + a[2] * b[2])) * 180 / M_PI);
+    if (std::hypot(s[0], s[1]) > std::sin(M_PI / 6)) {
+      angles += std::acos(std::min(1., a[0] * b[0] + a[1] * b[1] + a[2] * b[2])) * 180 / M_PI;
+      ++n;
+    }
   });
-  EXPECT_LT(largest(worst), 4);
-  EXPECT_LT(largest(worst_share), 0.03);
+  return {dealii::Utilities::MPI::sum(angles, MPI_COMM_WORLD) / dealii::Utilities::MPI::sum(n, MPI_COMM_WORLD),
+          largest(worst_share)};
+}
+
+} // namespace
+
+/// On the ventricle with a flat base, the general rule lays the fibres of the special one, the better the finer the mesh: on
+/// the edges of the O-grid three cells meet, and gradients are rough there.
+TEST(Fibres, BetweenApexAndRingsAreThoseBelowAFlatBase) {
+  const auto coarse = differences_of_rules("MXS"), fine = differences_of_rules("M0");
+  EXPECT_LT(fine.first, 2);
+  EXPECT_LT(fine.first, 0.7 * coarse.first);
+  EXPECT_LT(fine.second, 0.03);
 }
 
 TEST(Fibres, BetweenApexAndRingsTurnWithTheBody) {

@@ -113,6 +113,25 @@ TEST(LagrangeSpace, RefinedTetrahedraShareTheirNodes) {
   EXPECT_EQ(quadratic.n_global_nodes(), 27u + edges);
 }
 
+TEST(LagrangeSpace, QuadratureDoesNotDependOnHowVerticesOfTetrahedraAreNumbered) {
+  const auto mesh = geometry::make_tetrahedra(geometry::make_box({0, 0, 0}, {1, 2, 3}, {2, 2, 2}));
+  geometry::Mesh renumbered = mesh;
+  for (std::size_t cell = 0; cell < mesh.n_cells(); ++cell) { // three of the four, turned in a circle
+    unsigned *vertices = &renumbered.cells[4 * cell] + cell % 2;
+    std::rotate(vertices, vertices + 1, vertices + 3);
+  }
+  for (const unsigned degree : {1u, 2u}) {
+    double integrals[2] = {};
+    for (const bool again : {false, true}) {
+      const fem::LagrangeSpace space(MPI_COMM_WORLD, again ? renumbered : mesh, 0, degree);
+      for (unsigned slot = 0; slot < space.n_slots(); ++slot)
+        for (unsigned q = 0; q < space.n_q() && space.slot_owned(slot); ++q)
+          integrals[again] += space.JxW(slot / n_lanes)[q][slot % n_lanes] * exact(space.quadrature_point(slot, q));
+    }
+    EXPECT_NEAR(global_sum(integrals[0]), global_sum(integrals[1]), 1e-12) << degree;
+  }
+}
+
 TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
   const geometry::Mesh box = geometry::make_box({0, 0, 0}, {1, 1, 1}, {3, 3, 3});
   for (const auto &[mesh, degree] : {std::pair(box, 1u), std::pair(geometry::make_tetrahedra(box), 1u),

@@ -183,18 +183,6 @@ TEST(NavierStokes, HasOrderTwoInSpaceOnAMovingMesh) {
   }
 }
 
-/// Stabilisation is that of the cell's shape.
-TEST(NavierStokes, DoesNotDependOnHowVerticesOfTetrahedraAreNumbered) {
-  geometry::Mesh mesh = cube(3, one_interface, true), renumbered = mesh;
-  for (std::size_t cell = 0; cell < mesh.n_cells(); ++cell)
-    std::rotate(&renumbered.cells[4 * cell + cell % 2], &renumbered.cells[4 * cell + cell % 2 + 1],
-                &renumbered.cells[4 * cell] + cell % 2 + 3);
-  const auto a = errors_on_moving_mesh(trigonometric(), mesh, 4, 0.4),
-             b = errors_on_moving_mesh(trigonometric(), renumbered, 4, 0.4);
-  EXPECT_NEAR(a[0], b[0], 1e-5 * a[0]);
-  EXPECT_NEAR(a[1], b[1], 1e-5 * a[1]);
-}
-
 TEST(NavierStokes, PreservesAUniformFlowOnAMovingMesh) {
   Solution uniform;
   uniform.u = [](const Point3 &, double) { return Point3{1, -2, 0.5}; };

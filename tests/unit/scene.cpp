@@ -68,7 +68,7 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
                         "ideal_left_ventricle"), std::string::npos) << radius;
   EXPECT_NE(radius.find("geometry.ventricle.mitral_radius"), std::string::npos) << radius;
   for (const auto &[setting, why] :
-       {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure=1 kPa", "'fluid.inlet.label' is empty"},
+       {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure.values=[1 kPa]", "'fluid.inlet.label' is empty"},
         {"epsilon=1e-6", "'coupling.scheme' is EFS1"}, {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
     EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos) << setting << complaint("scene: a", {setting});
   const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
@@ -111,7 +111,7 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
   EXPECT_NE(complaint("fluid: {initial_pressure: 10 mmHg}").find("start in balance"), std::string::npos);
   EXPECT_NE(complaint("scene: ../up").find("cannot name a folder"), std::string::npos);
-  EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has no 'program'"), std::string::npos);
+  EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has neither 'program' nor 'command'"), std::string::npos);
 }
 
 TEST(Scene, ARunLastsBeatsOrEndsAtATime) {
