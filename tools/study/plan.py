@@ -61,7 +61,7 @@ class Study:
     """A study file, checked; or the tree of one that some file has led to."""
 
     def __init__(self, file, defaults, base=None, settings=(), ranks=None, tree=None):
-        self.file, self.name, self.keys = Path(file), Path(file).stem, Keys(defaults)
+        self.file, self.name = Path(file), Path(file).stem
         tree = tree or load(self.file)
         check_keys(tree, STUDY_KEYS, self.file)
         if not (base or "base" in tree):
@@ -72,6 +72,7 @@ class Study:
         self.ranks = ranks or tree.get("ranks", 1)
         self.reference, self.measure, self.paper = tree.get("reference"), tree.get("measure"), tree.get("paper") or {}
         base_tree = with_bases(Path(base).resolve() if base else (self.file.parent / tree["base"]).resolve())
+        self.keys = Keys(defaults, base_tree)
         own, common = self.split(tree.get("settings"), "settings")
         self.common = own, {}
         self.base_tree = with_end(lay_over(lay_over(base_tree, common), self.command_line(settings)))

@@ -73,11 +73,12 @@ def with_bases(file):
 
 
 class Keys:
-    """All keys of a scene; a key may be shortened as long as its end is unique."""
+    """All keys of a scene; a key may be shortened as long as its end is unique. Names of loads and of regions are the
+    scene's own."""
 
-    def __init__(self, defaults):
+    def __init__(self, defaults, scene=None):
         self.defaults, self.paths = defaults, []
-        self.collect(defaults, "")
+        self.collect(join(defaults, scene or {}), "")
 
     def collect(self, tree, prefix):
         for key, value in tree.items():
