@@ -443,19 +443,24 @@ unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, d
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");
     preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent_);
   }
+  const unsigned allowed = renewed ? most_iterations() : std::min(most_iterations(), 3 * usual_iterations_ + 50);
   try {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     const unsigned iterations =
         fem::solve_linear(
             "elasticity", [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
-            *preconditioner_, std::max(solver_.linear_tolerance, tolerance), most_iterations())
+            *preconditioner_, std::max(solver_.linear_tolerance, tolerance), allowed)
             .iterations;
     if (renewed)
       usual_iterations_ = iterations;
     preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
     return iterations;
   } catch (const Failure &failure) {
-    if (failure.code() != ExitCode::not_converged || !go_over_to_multigrid())
+    if (failure.code() != ExitCode::not_converged)
+      throw;
+    if (!renewed) // a state too far from the one that it was made for
+      preconditioner_is_old_ = true;
+    else if (!go_over_to_multigrid())
       throw;
   }
   dx = 0;

@@ -28,7 +28,7 @@ def commands():
 def history(folder):
     with open(folder / "history.csv") as file:
         rows = list(csv.DictReader(file))
-    return {name: [row[name] for row in rows] for name in rows[0]}
+    return {title.split(" ")[0]: [row[title] for row in rows] for title in rows[0]}
 
 
 class OwnCode(unittest.TestCase):
@@ -48,7 +48,7 @@ class OwnCode(unittest.TestCase):
             self.assertGreater(float(python["highest_calcium"][-1]), 0.3)
             for language in ("in_c", "in_cpp", "in_fortran"):
                 other = history(folder / "own" / language)
-                for name in ("highest_calcium", "J_min"):
+                for name in ("highest_calcium", "min_J"):
                     for one, two in zip(python[name], other[name]):
                         self.assertAlmostEqual(float(one), float(two), delta=1e-9, msg=f"{language}, {name}")
 
