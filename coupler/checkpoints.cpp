@@ -185,7 +185,7 @@ void Checkpoints::close(const bus::Step &step) {
   const fs::path set = fs::path(results_) / "checkpoints" / name_of(step.number), aside = set.string() + being_written;
   std::error_code error;
   if (!fs::copy_file(results_ + "/history.csv", aside / "history.csv", error))
-    refuse_set(set, "cannot be written: " + error.message());
+    refuse_set(set, "cannot be written (disk full?): " + error.message());
   write_manifest(aside, {step.number, step.time, step.size, model_});
   own_numbers_.insert(step.number);
   set_others_aside();

@@ -102,7 +102,7 @@ class Keys:
         """{"alpha": "1 kg/(m^2 s)", "participants": {...}} as a tree with full keys."""
         tree = {}
         for key, value in (settings or {}).items():
-            below = value
+            below = yaml.safe_load(value) if isinstance(value, str) and value.startswith("[") else value
             for part in reversed(self.full(key, where, others).split(".")):
                 below = {part: below}
             tree = join(tree, below)
