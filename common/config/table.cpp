@@ -53,8 +53,13 @@ double Table::at(double time) const {
 void Table::describe(Section &s, const std::string &unit, Range range, const std::string &meaning) {
   std::string file;
   s.text("table", file, "in place of the two: CSV file, two columns with their units in the header");
-  if (!file.empty())
-    read(s.file("table", file), unit);
+  if (!file.empty()) {
+    const std::string path = s.file("table", file);
+    std::string line;
+    if (std::ifstream first(path); !std::getline(first, line))
+      s.fail("table", path + ": this table cannot be read");
+    read(path, unit);
+  }
   const auto before = values;
   s.quantities("times", times, "s", 0, "ascending; twice the same: a jump");
   s.quantities("values", values, unit, 0, meaning + ", at these times");
@@ -75,8 +80,7 @@ void Table::describe(Section &s, const std::string &unit, Range range, const std
 void Table::read(const std::string &file_name, const std::string &unit) {
   std::ifstream file(file_name);
   std::string line;
-  if (!std::getline(file, line))
-    throw Failure(ExitCode::file, file_name + ": this table cannot be read");
+  std::getline(file, line);
   const auto titles = columns(line);
   if (titles.size() != 2)
     refuse(file_name, 1, "a table has two columns, 'time [s],value [" + unit + "]'");

@@ -4,6 +4,8 @@ import re
 
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"
 UNKNOWN = "nowhere"
+OWN_NAMES = re.compile(r"(participants|mechanics\.(loads|regions|probes))\.[^.]+$")  # any name will do
+OWN_SETTINGS = re.compile(r"participants\.[^.]+\.settings\.")  # for the program to judge, when it starts
 SHELL = ["$(touch pwned)", "`touch pwned`", "a;touch pwned", "a|b", "a&b", "..", ".", "-n", ":", "a/b", "/tmp", "a b", "~",
          "a\\nb", "\\e[31mred", "\\0", "a\\tb", "*", "a'b", 'a\\"b', "x" * 5000, "", "--out", "\\u0085"]
 NOT_FINITE = ["nan", "-nan", "inf", "-inf", "1e999", "-1e999", ".nan", ".inf", "NaN", "Infinity"]
@@ -43,7 +45,7 @@ class Scene:
         """Where values match: (line, match)."""
         for number, line in enumerate(self.lines):
             found = re.match(r"(?P<before> *(?:- )?[^\s:#]+: )(?P<value>" + pattern + r")(?P<after> *(?:#.*)?)$", line)
-            if found:
+            if found and not OWN_SETTINGS.match(self.paths[number]):
                 yield number, found
 
     def replaced(self, number, line):
@@ -92,7 +94,8 @@ class Mutator:
         return Mutant(self.scene.with_value(number, found, found["number"]), f"no unit: {self.scene.paths[number]}", True)
 
     def key(self):
-        number = self.random.choice([i for i in self.keys if not re.fullmatch(r"participants\.[^.]+", self.scene.paths[i])])
+        number = self.random.choice([i for i in self.keys if not OWN_NAMES.match(self.scene.paths[i])
+                                     and not OWN_SETTINGS.match(self.scene.paths[i])])
         line, name = self.scene.lines[number], self.scene.paths[number].split(".")[-1]
         new = self.random.choice([name + "x", name[1:] + "q", name.upper() + "_", name + " " + name, "é" + name, name * 50])
         return Mutant(self.scene.replaced(number, line.replace(name, new, 1)), f"key: {self.scene.paths[number]} -> {new}", True)
