@@ -29,9 +29,9 @@ HEARTBUS_INLINE T momentum_tau(double rho, double mu, double dt, const fem::Vec3
 
 /// The factor of the grad-div (LSIC) term tau_C (div u, div w) from the same source: tau_C = 1 / (tau |g|^2),
 /// g_i = sum_k dxi_k/dx_i. Tetrahedra take tr G for |g|^2, which for cells with orthogonal edges is the same and does not
-/// change with the numbering of vertices. Without the term the discrete divergence of coarse meshes feeds the convective term: in the ventricle
-/// (492 cells, 0.2 ms) interior speeds of 1.6 m/s in ejection and 0.9 m/s in isovolumetric relaxation, where 0.5 and 0.1 m/s
-/// are left with it.
+/// change with the numbering of vertices. Without the term the discrete divergence of coarse meshes feeds the convective
+/// term: in the ventricle (492 cells, 0.2 ms) interior speeds of 1.6 m/s in ejection and 0.9 m/s in isovolumetric
+/// relaxation, where 0.5 and 0.1 m/s are left with it.
 template <class T>
 HEARTBUS_INLINE T continuity_tau(const T &tau, const fem::Mat3<T> &unit, bool tetrahedron) {
   if (tetrahedron)

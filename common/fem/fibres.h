@@ -39,9 +39,10 @@ namespace heartbus::fem {
 ///
 ///     H = (1 - nu) f (x) f + nu n (x) n,   nu = (1 - x^2 (2 - x^2)) / 2,   x = min(1, |k - (k.e_t) e_t| / sin(gamma)),
 ///
-/// with the dispersion angle gamma and k at the apex (of "apicobasal" the mean of -e_t there); x = 1 where e_t.k > 0: H = (I - s (x) s) / 2 on the axis, continuous around it, and f (x) f where the wall's
-/// normal is further than gamma from the axis (structure tensors for dispersed fibres: Gasser, Ogden, Holzapfel 2006,
-/// doi 10.1098/rsif.2005.0073; for active stress: Eriksson et al. 2013, doi 10.1002/cnm.2575).
+/// with the dispersion angle gamma and k at the apex (of "apicobasal" the mean of -e_t there); x = 1 where e_t.k > 0. So
+/// H = (I - s (x) s) / 2 on the axis, continuous around it, and f (x) f where the wall's normal is further than gamma from
+/// the axis (structure tensors for dispersed fibres: Gasser, Ogden, Holzapfel 2006, doi 10.1098/rsif.2005.0073; for active
+/// stress: Eriksson et al. 2013, doi 10.1002/cnm.2575).
 ///
 /// Rule "file": f and s of each cell as the mesh file has them, without dispersion.
 class Fibres {

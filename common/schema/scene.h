@@ -98,7 +98,8 @@ struct SceneParameters {
 SceneParameters read_scene(const std::string &text, const std::string &file_name);
 
 /// Reads a scene file and lays settings "path=value" over it, where the path may be shortened as long as its end is
-/// unique among the keys that the scene uses ("alpha=8000 kg/(m^2 s)", "mech.ranks=2"; see settings.h). Throws Failure(scene) or Failure(file).
+/// unique among the keys that the scene uses ("alpha=8000 kg/(m^2 s)", "mech.ranks=2"; see settings.h). Throws
+/// Failure(scene) or Failure(file).
 SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings);
 
 /// The scene with all its values, units and their meaning, as text that reads back to the same scene.

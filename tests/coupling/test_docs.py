@@ -174,7 +174,7 @@ class Docs(unittest.TestCase):
 
     def test_documents_tell_no_history(self):
         pattern = re.compile(r"(decisions?,? \d+|decisions\.md)", flags=re.I)
-        for file in files("*.md", "*.cpp", "*.py", "*.yaml"):
+        for file in files("*.md", "*.h", "*.cpp", "*.py", "*.yaml"):
             if file.name != Path(__file__).name:
                 with self.subTest(file=str(file.relative_to(SOURCE))):
                     self.assertEqual([match[0] for match in pattern.finditer(file.read_text(encoding="utf-8"))], [])
