@@ -28,7 +28,7 @@ bool has_end(const std::string &path, const std::string &end) {
 
 /// Whether a program takes part that is among these, or one that is not ours.
 bool takes_part(const SceneParameters &scene, const Words &programs) {
-  const Words ours{"ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver", "replay"};
+  const Words ours{"ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver", "cavity_solver", "replay"};
   return std::any_of(scene.participants.begin(), scene.participants.end(), [&](const auto &participant) {
     const std::string &program = participant.second.program, name = program.substr(program.rfind('/') + 1);
     return is_in(name, programs) || !is_in(name, ours);
@@ -68,7 +68,8 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
       {{"electrophysiology"}, takes_part(scene, {"ep_solver"}), "no ep_solver takes part"},
       {{"mechanics"}, takes_part(scene, {"mech_solver", "fsi_solver"}), "neither mech_solver nor fsi_solver takes part"},
       {{"lifting"}, takes_part(scene, {"ale_solver"}), "no ale_solver takes part"},
-      {{"fluid"}, takes_part(scene, {"fluid_solver", "fsi_solver"}), "neither fluid_solver nor fsi_solver takes part"},
+      {{"fluid"}, takes_part(scene, {"fluid_solver", "fsi_solver", "cavity_solver"}),
+       "neither fluid_solver nor fsi_solver takes part"},
       {{"fibres"}, takes_part(scene, {"ep_solver", "mech_solver", "fsi_solver"}), "nobody takes part who has fibres"},
       {{"mechanics.guccione"}, mech.law == "guccione", "'mechanics.law' is " + mech.law},
       {{"mechanics.neo_hookean"}, mech.law == "neo_hookean" || !mech.regions.empty(), "'mechanics.law' is " + mech.law},

@@ -76,6 +76,9 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
   EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: one_way}\n", {"aortic_pressure=9 kPa"}),
             "") << "a program from elsewhere may use any key";
   EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
+  const std::string one_pressure = "participants: {mech: , circulation: {program: cavity_solver}}\ncoupling: {scheme: circulation}\n";
+  EXPECT_EQ(complaint(one_pressure, {"aortic_pressure=9 kPa"}), "");
+  EXPECT_NE(complaint(one_pressure, {"lifting.tolerance=1e-9"}).find("no ale_solver takes part"), std::string::npos);
 }
 
 TEST(Scene, NearMissesGetASuggestion) {
