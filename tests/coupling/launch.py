@@ -7,7 +7,9 @@ import sys
 import tempfile
 import time
 import traceback
+import unittest
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 BIN = Path(os.environ["HEARTBUS_BIN"])
@@ -70,6 +72,20 @@ class Forked:
         sys.stdout.flush()
         sys.stderr.flush()
         return code
+
+
+def main_side_by_side(n):
+    """unittest.main of a file whose tests mostly wait: n of them at once, each in a process of its own."""
+    if len(sys.argv) > 1:
+        return unittest.main(verbosity=2)
+    suites = unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])
+    names = [test.id().removeprefix("__main__.") for suite in suites for test in suite]
+    with ThreadPoolExecutor(n) as pool:
+        runs = list(pool.map(lambda name: subprocess.run([sys.executable, sys.argv[0], "-v", name], stdout=subprocess.PIPE,
+                                                         stderr=subprocess.STDOUT, text=True, check=False), names))
+    print("".join(run.stdout for run in runs))
+    failed = [name for name, run in zip(names, runs) if run.returncode]
+    sys.exit("failed: " + ", ".join(failed) if failed or not names else 0)
 
 
 def has_mark(environ, mark):
