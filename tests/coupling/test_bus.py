@@ -44,8 +44,8 @@ def sequence(*words, steps=2, dt=0.1, deadline=10):
     return [1, SEQUENCE, steps, dt, deadline, *words]
 
 
-def pair(*words, a=1, b=1, variables=(), **options):
-    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], variables=variables)
+def pair(*words, a=1, b=1, variables=(), during=None, **options):
+    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], during=during, variables=variables)
 
 
 def left_over():
@@ -166,8 +166,11 @@ class Bus(unittest.TestCase):
         self.assert_cause(pair("huge", "a"), 6, "heartbus: a (rank 0): field 'signal' is 1e+300 at point (0, 0, 0.002)",
                           "component 1, step 1, iteration 0")
 
-    def test_a_waiting_participant_uses_less_than_a_twentieth_of_a_core(self):
-        run = pair("slow", "a", b=2, steps=1)
+    def test_a_waiting_participant_uses_less_than_a_twentieth_of_a_core_and_outlives_sigusr1(self):
+        def send_signal(process):
+            time.sleep(1.5)
+            process.send_signal(signal.SIGUSR1)
+        run = pair("slow", "a", b=2, steps=1, during=send_signal)
         self.assertEqual(run.code, 0, run.err)
         words = next(line for line in run.out.splitlines() if line.startswith("b received")).split()
         waited, cpu = float(words[3]), float(words[7])
@@ -195,14 +198,6 @@ class Bus(unittest.TestCase):
     def test_no_ring_is_lost_where_ranks_share_a_number_in_sets_of_63(self):
         self.assert_nobody_oversleeps(pair(a=33, b=33, steps=30))
 
-    def test_sigusr1_ends_no_participant(self):
-        def send_signal(process):
-            time.sleep(1.5)
-            process.send_signal(signal.SIGUSR1)
-        run = Run(sequence("slow", "a", steps=1), [1, DUMMY, "--name", "a"], [1, DUMMY, "--name", "b"],
-                  during=send_signal)
-        self.assertEqual(run.code, 0, run.err)
-
 
 class Source(unittest.TestCase):
     def test_only_the_bus_names_the_world_of_all_programs(self):
@@ -214,14 +209,13 @@ class Source(unittest.TestCase):
 
 
 class Recording(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.file = os.path.join(self.folder.name, "signal.h5")
-        run = pair("record", "coupler", self.file, a=2, steps=3)
-        self.assertEqual(run.code, 0, run.err)
-
-    def tearDown(self):
-        self.folder.cleanup()
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.file = os.path.join(folder.name, "signal.h5")
+        run = pair("record", "coupler", cls.file, a=2, steps=3)
+        assert run.code == 0, run.err
 
     def replay(self, **options):
         return Run(sequence("replay", "a", self.file, **options), [2, REPLAY, "--name", "a"],

@@ -258,7 +258,7 @@ class Terminals(Temporary):
 
     def test_a_terminal_gets_one_line_that_is_renewed(self):
         main, terminal = pty.openpty()
-        command = [sys.executable, SOURCE / "tools/launch.py", PISTON, "--ranks", "1", "--out", "out", "--set", "time.end=100 ms",
+        command = [sys.executable, SOURCE / "tools/check.py", "--launch", PISTON, "--ranks", "1", "--out", "out", "--set", "time.end=100 ms",
                    "--oversubscribe"]
         process = subprocess.Popen(list(map(str, command)), cwd=self.folder, stdout=terminal, stderr=terminal, stdin=terminal,
                                    env={**os.environ, "COLUMNS": "100"})

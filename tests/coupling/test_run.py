@@ -14,7 +14,7 @@ import unittest
 from pathlib import Path
 
 import h5py
-from launch import BIN, SOURCE, Launch, children, wait_for
+from launch import BIN, SOURCE, Launch, children, main_side_by_side, wait_for
 
 LAUNCH = [sys.executable, SOURCE / "tools/launch.py"]
 WITHOUT_REPORT = [sys.executable, SOURCE / "tools/check.py", "--launch"]
@@ -355,4 +355,4 @@ class Signals(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    main_side_by_side(3)
