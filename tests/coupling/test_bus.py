@@ -6,6 +6,10 @@ import tempfile
 import threading
 import time
 import unittest
+import uuid
+from pathlib import Path
+
+from launch import has_mark, main_side_by_side
 
 BIN = os.environ.get("HEARTBUS_BIN", "build/release/bin")
 SEQUENCE, DUMMY, REPLAY = (os.path.join(BIN, name) for name in ("coupling_sequence", "coupling_dummy", "replay"))
@@ -20,8 +24,10 @@ class Run:
         command = ["mpirun"]
         for app in apps:
             command += (["-n"] if len(command) == 1 else [":", "-n"]) + [str(word) for word in app]
+        environment = {**ENVIRONMENT, **dict(variables), "HEARTBUS_TEST_MARK": uuid.uuid4().hex}
+        self.mark = "HEARTBUS_TEST_MARK=" + environment["HEARTBUS_TEST_MARK"]
         with tempfile.TemporaryFile("w+") as out:
-            process = subprocess.Popen(command, env={**ENVIRONMENT, **dict(variables)}, stdout=out, stderr=subprocess.PIPE, text=True)
+            process = subprocess.Popen(command, env=environment, stdout=out, stderr=subprocess.PIPE, text=True)
             limit = threading.Timer(60, process.terminate)
             limit.start()
             if during:
@@ -39,6 +45,15 @@ class Run:
             self.out = out.read()
         self.causes = [line for line in self.err.splitlines() if line.startswith("heartbus: ")]
 
+    def left_over(self):
+        """Its processes that are still there a moment after it has ended."""
+        for _ in range(20):
+            alive = [path.parent.name for path in Path("/proc").glob("[0-9]*/environ") if has_mark(path, self.mark)]
+            if not alive:
+                return []
+            time.sleep(0.1)
+        return alive
+
 
 def sequence(*words, steps=2, dt=0.1, deadline=10):
     return [1, SEQUENCE, steps, dt, deadline, *words]
@@ -46,17 +61,6 @@ def sequence(*words, steps=2, dt=0.1, deadline=10):
 
 def pair(*words, a=1, b=1, variables=(), during=None, **options):
     return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], during=during, variables=variables)
-
-
-def left_over():
-    """Processes of ours that are still there a moment after a launch has ended."""
-    for _ in range(20):
-        lines = subprocess.run(["ps", "-eo", "stat,args"], stdout=subprocess.PIPE, text=True).stdout.splitlines()
-        alive = [line for line in lines if DUMMY in line and not line.startswith("Z") and "mpirun" not in line]
-        if not alive:
-            return []
-        time.sleep(0.1)
-    return alive
 
 
 class Bus(unittest.TestCase):
@@ -67,7 +71,7 @@ class Bus(unittest.TestCase):
         for part in parts:
             self.assertIn(part, run.err)
         self.assertLess(run.seconds_to_end, 5)
-        self.assertEqual(left_over(), [])
+        self.assertEqual(run.left_over(), [])
 
     def test_values_arrive_at_the_right_points_on_one_rank_each(self):
         run = pair()
@@ -156,7 +160,7 @@ class Bus(unittest.TestCase):
         run = pair("crash", "a", a=2)
         self.assertNotEqual(run.code, 0)
         self.assertLess(run.seconds_to_end, 20)
-        self.assertEqual(left_over(), [])
+        self.assertEqual(run.left_over(), [])
 
     def test_nan_is_refused_by_the_sender(self):
         self.assert_cause(pair("nan", "a"), 6, "heartbus: a (rank 0): field 'signal' is nan at point (0, 0, 0.002)",
@@ -238,4 +242,4 @@ class Recording(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    main_side_by_side(3)
