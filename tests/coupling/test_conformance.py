@@ -25,7 +25,7 @@ def check(command, role):
 
 
 ROLES = ("ep", "mech", "ale", "fluid")
-AT_ONCE = 4  # most of a check is sleep: partners that take their time, deadlines
+AT_ONCE = 3  # most of a check is sleep: partners that take their time, deadlines
 
 
 class Conformance(unittest.TestCase):

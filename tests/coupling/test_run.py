@@ -200,7 +200,7 @@ os.execvp("mpirun", ["mpirun", *words])
 
 
 class Deaths(Case):
-    SOON = ["--set", "deadline=4 s"]
+    SOON = ["--set", "deadline=6 s"]
 
     def kill(self, rank, number):
         return lambda launcher: os.kill(children(launcher)[rank], number)
@@ -227,7 +227,7 @@ class Deaths(Case):
         program.write_text(f"#!/bin/sh\n[ $OMPI_COMM_WORLD_RANK = 1 ] || kill -STOP $$\nexec {BIN}/stand_in \"$@\"\n")
         program.chmod(0o755)
         launch = self.launch("scene.yaml", "--set", "participants.ep.program=./stand_in", *self.SOON)
-        self.assert_causes(launch, 7, r"waited 4 s \(the deadline\) for all programs to meet",
+        self.assert_causes(launch, 7, r"waited 6 s \(the deadline\) for all programs to meet",
                            r"ep \(rank 1\), process \d+, has been stopped since ")
         self.assertLess(launch.seconds, 20)
         self.assertEqual(launch.orphans, [])
