@@ -11,6 +11,7 @@ from launch import BIN, SOURCE, Forked, Launch, run_crowded
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from foreign_files import write_carp, write_gmsh, write_hexahedra, write_svmultiphysics, write_xdmf  # noqa: E402
+# all that tools/mesh imports, so that its forks find it loaded
 from meshing import build, checks, fibres, labels, native, picture, read, report, topology  # noqa: E402, F401
 
 DATA = SOURCE / "tests/data/meshes"
