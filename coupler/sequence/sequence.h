@@ -36,9 +36,14 @@ struct Sequence {
   std::string name;
   Nodes start, step;
   Nodes constants{}; ///< what never changes: sent before the start block, or before the states are loaded
+  std::set<std::string> leaders{}; ///< who may run ahead of the others,
+  int ahead = 0;                   ///< by so many steps
 };
 
-/// The scheme that the scene asks for.
+/// The scheme that the scene asks for, line by line as it is defined.
+Sequence scheme(const CouplingParameters &coupling);
+
+/// The same as it is done in a run: after the passes of passes.h.
 Sequence make_sequence(const CouplingParameters &coupling);
 
 /// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers that
@@ -56,7 +61,8 @@ std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
 /// Those of a step who receive nothing and on whom no decision depends: they may run ahead of the others.
 std::set<std::string> leaders(const Nodes &step);
 
-/// As printed at the start of a run.
+/// As printed at the start of a run: the lines of a scheme, each after a line break, and the whole of what is done.
+std::string to_lines(const Nodes &step, const std::string &indent = "  ");
 std::string to_text(const Sequence &sequence);
 
 /// Throws Failure(handshake) unless: everyone solves and commits once, nobody acts after its commit, each

@@ -306,3 +306,14 @@ TEST(Sequence, WorkAfterTheCommitIsRefused) {
   sequence.step.push_back({Node::Kind::solve, "ep", "", "", "", 1, {}});
   EXPECT_NE(complaint(sequence, heart()).find("'ep' is busy after its commit"), std::string::npos);
 }
+
+TEST(Sequence, ASchemeIsPrintedLineByLineAsItIsDefined) {
+  CouplingParameters coupling;
+  coupling.scheme = "E1FS";
+  coupling.iterations = 2;
+  EXPECT_EQ(to_lines(coupler::scheme(coupling).step),
+            "\n  solve ep\n  calcium ep->mech\n  prepare mech\n  displacement mech->ale\n  solve ale\n"
+            "  mesh_motion ale->fluid\n  2 times\n    wall_velocity mech->fluid\n    wall_force mech->fluid\n"
+            "    solve fluid\n    blood_force fluid->mech\n    solve mech\n  wall_velocity mech->fluid\n  budget fluid\n"
+            "  commit ep\n  commit mech\n  commit ale\n  commit fluid");
+}
