@@ -212,6 +212,9 @@ Sequence Simulation::meet_participants() {
   std::map<std::string, bus::Coordinator::Expected> expected;
   for (const auto &[name, participant] : scene_.participants)
     expected[name] = {program_name(participant.program), participant.ranks, participant.settings};
+  for (const auto &[name, texts] : interface_settings(scene_))
+    if (const auto who = expected.find(name); who != expected.end())
+      who->second.coupling = texts;
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
   const auto &participants = coordinator_.participants();

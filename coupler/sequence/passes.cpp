@@ -1,8 +1,10 @@
 #include "coupler/sequence/passes.h"
 
+#include "common/interface/alpha.h"
 #include "coupler/sequence/vocabulary.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace heartbus::coupler {
 namespace {
@@ -13,12 +15,20 @@ Place find_transfer(const Nodes &step, const std::string &field) {
   return std::find_if(step.begin(), step.end(), [&](const Node &node) { return is_transfer(node, field); });
 }
 
-/// The node is put right after that place.
-Nodes with(const Nodes &step, Place place, const Nodes &more) {
-  return Nodes(step.begin(), place + 1) + more + Nodes(place + 1, step.end());
-}
-
 } // namespace
+
+Nodes accelerated(const Nodes &step) {
+  Nodes result;
+  for (Node node : step) {
+    for (const Node &line : std::exchange(node.body, {})) {
+      if (is(line, Node::Kind::solve, "fluid"))
+        node.body.push_back(order("fluid", "accelerate"));
+      node.body.push_back(line);
+    }
+    result.push_back(node);
+  }
+  return result;
+}
 
 Nodes lifted_early(const Nodes &step) {
   const Place displacement = find_transfer(step, "displacement"), motion = find_transfer(step, "mesh_motion");
@@ -47,21 +57,22 @@ Nodes with_limit_of_alpha(const Nodes &step, bool is_followed) {
     return step;
   const Nodes one_force{optional(transfer("probe_force", "mech", "fluid")), order("fluid", "probe"),
                         optional(transfer("probe_velocity", "fluid", "mech")), order("mech", "probe")};
-  const Nodes estimate{order("mech", "begin_probe"), repeat(12, one_force), order("mech", "end_probe")};
-  const Node known = transfer("alpha_limit", "mech", "fluid");
-  return with(step, motion,
-              {every(is_followed ? 100 : 1000, "mech", "alpha_limit", estimate), is_followed ? known : optional(known)});
+  const Nodes estimate{order("mech", "begin_probe"), order("fluid", "begin_probe"),
+                       repeat(interface::n_probes, one_force), order("mech", "end_probe")};
+  const Node now_and_then = every(interface::steps_between_estimates(is_followed), "mech", "alpha_limit", estimate);
+  const Node limit = transfer("alpha_limit", "mech", "fluid");
+  return after(step, *motion,
+               is_followed ? Nodes{now_and_then, limit, order("fluid", "follow_limit")}
+                           : Nodes{now_and_then, optional(limit)});
 }
 
 Nodes in_turns(const Nodes &step) {
-  const Place work = std::find_if(step.begin(), step.end(), [](const Node &node) {
-    return is(node, Node::Kind::solve, "ep");
-  });
-  const Place assembly = std::find_if(step.begin(), work, [](const Node &node) {
-    return is(node, Node::Kind::prepare, "fluid");
-  });
+  const Place work =
+      std::find_if(step.begin(), step.end(), [](const Node &node) { return is(node, Node::Kind::solve, "ep"); });
+  const Place assembly =
+      std::find_if(step.begin(), work, [](const Node &node) { return is(node, Node::Kind::prepare, "fluid"); });
   if (assembly != work)
-    return with(step, assembly, {turn("fluid", "ep")});
+    return after(step, *assembly, {turn("fluid", "ep")});
   const Place calcium = find_transfer(step, "calcium");
   return calcium == step.end() ? step : step + Nodes{turn(calcium->receiver, "ep", 1)};
 }

@@ -7,6 +7,9 @@ namespace heartbus::coupler {
 // From a step as its scheme says it to the order in which it is done. None changes a result but `accelerated`, and
 // `with_limit_of_alpha` where alpha follows the limit: tests/unit/passes.cpp.
 
+/// Iterations of a step take the Robin datum from those before by Anderson's method.
+Nodes accelerated(const Nodes &step);
+
 /// Lifting and the fluid's assembly first, where the geometry is that of d^n: they need neither calcium nor tension. On
 /// cores of their own they are done beside electrophysiology; on shared ones lifting begins while the fluid still
 /// commits the step before.

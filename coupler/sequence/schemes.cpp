@@ -1,97 +1,89 @@
 #include "coupler/sequence/passes.h"
 #include "coupler/sequence/vocabulary.h"
 
-#include <algorithm>
-
 namespace heartbus::coupler {
 
 namespace {
 
 // Each scheme is a function: the lines of a step in the order and with the numbers of the paper's section 3. In which
 // order they are done in a run is the business of passes.h. Symbols are those of docs/schemes.md.
+// clang-format off
 
 /// Everything once a step (section 3.1): the loosely coupled scheme.
 Nodes EFS1() {
-  return {solve("ep"),                                // 1. v, w, z
-          transfer("calcium", "ep", "mech"),          //
-          prepare("mech"),                            // 2. s^{n+1}; v* and W* of d^n
-          transfer("displacement", "mech", "ale"),    //    d^n
-          solve("ale"),                               // 3. d_ALE^{n+1} = d^n on the interface
-          transfer("mesh_motion", "ale", "fluid"),    //
-          transfer("wall_velocity", "mech", "fluid"), //    v*
-          transfer("wall_force", "mech", "fluid"),    //    W*
-          solve("fluid"),                             // 4. u, p with alpha M u + a_f = alpha M v* - W*
-          transfer("blood_force", "fluid", "mech"),   //    L
-          solve("mech"),                              // 5. d^{n+1} under L
-          transfer("wall_velocity", "mech", "fluid"), //    the new v
-          order("fluid", "budget"),                   //    what it leaves of volume and power
+  return {solve("ep"),                                 // 1. v, w, z
+          transfer("calcium", "ep", "mech"),
+          prepare("mech"),                             // 2. s^{n+1}; v* and W* of d^n
+          transfer("displacement", "mech", "ale"),
+          solve("ale"),                                // 3. d_ALE^{n+1} = d^n on the interface
+          transfer("mesh_motion", "ale", "fluid"),
+          transfer("wall_velocity", "mech", "fluid"),
+          transfer("wall_force", "mech", "fluid"),
+          solve("fluid"),                              // 4. a_f(u, p) + alpha M u = alpha M v* - W*
+          transfer("blood_force", "fluid", "mech"),
+          solve("mech"),                               // 5. R_s(d^{n+1}) = L
+          transfer("wall_velocity", "mech", "fluid"),
+          order("fluid", "budget"),                    // what the new v leaves of volume and power
           commit("ep"), commit("mech"), commit("ale"), commit("fluid")};
 }
 
 /// Steps 4 and 5 k times (section 3.3). E1FS1 is EFS1; k -> infinity is the monolithic step.
 Nodes E1FS(int k) {
-  return {solve("ep"),                                           // 1.
-          transfer("calcium", "ep", "mech"),                     //
-          prepare("mech"),                                       // 2.
-          transfer("displacement", "mech", "ale"),               //
-          solve("ale"),                                          // 3.
-          transfer("mesh_motion", "ale", "fluid"),               //
-          repeat(k, {transfer("wall_velocity", "mech", "fluid"), //    v* and W* of d_(k)
-                     transfer("wall_force", "mech", "fluid"),    //
-                     solve("fluid"),                             // 4a. u_(k+1)
-                     transfer("blood_force", "fluid", "mech"),   //
-                     solve("mech")}),                            // 4b. d_(k+1)
-          transfer("wall_velocity", "mech", "fluid"),            //
-          order("fluid", "budget"),                              //
+  return {solve("ep"),                                             // 1. to 3. as EFS1
+          transfer("calcium", "ep", "mech"),
+          prepare("mech"),
+          transfer("displacement", "mech", "ale"),
+          solve("ale"),
+          transfer("mesh_motion", "ale", "fluid"),
+          repeat(k, {transfer("wall_velocity", "mech", "fluid"),   // v* and W* of d_(k)
+                     transfer("wall_force", "mech", "fluid"),
+                     solve("fluid"),                               // 4a. u_(k+1)
+                     transfer("blood_force", "fluid", "mech"),
+                     solve("mech")}),                              // 4b. d_(k+1)
+          transfer("wall_velocity", "mech", "fluid"),
+          order("fluid", "budget"),
           commit("ep"), commit("mech"), commit("ale"), commit("fluid")};
 }
 
 /// E1FSk whose k is found in each step: until a scalar of the blood, from its budget, is below a limit.
 Nodes E1FS_until(const std::string &scalar, double limit, int at_most) {
-  return {solve("ep"),                                   // 1.
-          transfer("calcium", "ep", "mech"),             //
-          prepare("mech"),                               // 2.
-          transfer("displacement", "mech", "ale"),       //
-          solve("ale"),                                  // 3.
-          transfer("mesh_motion", "ale", "fluid"),       //
-          until("fluid", scalar, limit, at_most,         //
-                {transfer("wall_velocity", "mech", "fluid"),
-                 transfer("wall_force", "mech", "fluid"),    //
-                 solve("fluid"),                             // 4a.
-                 transfer("blood_force", "fluid", "mech"),   //
-                 solve("mech"),                              // 4b.
-                 transfer("wall_velocity", "mech", "fluid"), //
-                 order("fluid", "budget")}),
+  return {solve("ep"),                                             // 1. to 3. as EFS1
+          transfer("calcium", "ep", "mech"),
+          prepare("mech"),
+          transfer("displacement", "mech", "ale"),
+          solve("ale"),
+          transfer("mesh_motion", "ale", "fluid"),
+          until("fluid", scalar, limit, at_most,
+                    {transfer("wall_velocity", "mech", "fluid"),
+                     transfer("wall_force", "mech", "fluid"),
+                     solve("fluid"),                               // 4a. u_(k+1)
+                     transfer("blood_force", "fluid", "mech"),
+                     solve("mech"),                                // 4b. d_(k+1)
+                     transfer("wall_velocity", "mech", "fluid"),
+                     order("fluid", "budget")}),
           commit("ep"), commit("mech"), commit("ale"), commit("fluid")};
 }
 
-/// All of it that is blood or wall at once, on the geometry of d^n (section 3.2): the monolithic step.
+/// Blood and wall at once, on the geometry of d^n (section 3.2): the monolithic step.
 Nodes E1FSinf() {
-  return {solve("ep"),                            // 1.
-          transfer("calcium", "ep", "fsi"),       //
-          transfer("displacement", "fsi", "ale"), //
-          solve("ale"),                           // 3.
-          transfer("mesh_motion", "ale", "fsi"),  //
-          solve("fsi"),                           // 2. and 4.: s^{n+1}; u, p, d with u = (d - d^n)/dt on the interface
+  return {solve("ep"),                               // 1. as EFS1
+          transfer("calcium", "ep", "fsi"),
+          transfer("displacement", "fsi", "ale"),
+          solve("ale"),                              // 3. as EFS1
+          transfer("mesh_motion", "ale", "fsi"),
+          solve("fsi"),                              // 2. as EFS1; 4. a_f(u, p) + R_s(d) = 0, u = (d - d^n)/dt
           commit("ep"), commit("ale"), commit("fsi")};
-}
-
-/// The run fails where that does not come about.
-Nodes must_end(Nodes step) {
-  for (Node &node : step)
-    node.required = node.kind == Node::Kind::until;
-  return step;
 }
 
 /// EFS1, then a pressure that is the same everywhere and moves the wall so that the cavity's volume is kept.
 Nodes EFS1_corrected() {
-  const Nodes correction{transfer("blood_velocity", "fluid", "mech"), transfer("unit_pressure_force", "fluid", "mech"),
-                         order("mech", "correct"), transfer("pressure_correction", "mech", "fluid"),
-                         order("fluid", "correct")};
-  Nodes step = EFS1();
-  const auto wall = std::find_if(step.begin(), step.end(), [](const Node &n) { return is(n, Node::Kind::solve, "mech"); });
-  step.insert(wall + 1, correction.begin(), correction.end());
-  return step;
+  return after(EFS1(), solve("mech"),
+               {order("fluid", "begin_correction"),
+                transfer("blood_velocity", "fluid", "mech"),
+                transfer("unit_pressure_force", "fluid", "mech"),
+                order("mech", "correct"),                            // pi; d, L
+                transfer("pressure_correction", "mech", "fluid"),
+                order("fluid", "correct")});                         // p
 }
 
 /// Each physics alone, or after those it follows: nothing acts back. Calcium makes the wall contract, the wall's motion
@@ -123,6 +115,7 @@ Nodes circulation() {
           order("circulation", "budget"),
           commit("ep"), commit("mech"), commit("circulation")};
 }
+// clang-format on
 
 /// Before the first step: the wall inflated to the initial pressure, the fluid's mesh with it, blood at rest.
 Nodes start(const std::string &wall, const std::string &blood) {
@@ -140,6 +133,13 @@ Nodes circulation_start() {
 
 /// Which nodes of the interface the wall holds, so that the blood holds the same. Another program's wall need not know.
 Nodes constants() { return {optional(transfer("held", "mech", "fluid")), order("fluid", "hold")}; }
+
+/// The run fails where the repetition does not end by itself.
+Nodes must_end(Nodes step) {
+  for (Node &node : step)
+    node.required = node.kind == Node::Kind::until;
+  return step;
+}
 
 /// The scheme's own lines of a step.
 Nodes step_of(const CouplingParameters &coupling) {
@@ -164,13 +164,28 @@ Sequence scheme(const CouplingParameters &coupling) {
     return {coupling.scheme, one_way_start(), one_way(), constants()};
   if (coupling.scheme == "circulation")
     return {coupling.scheme, circulation_start(), circulation()};
-  const Nodes no_correction{transfer("pressure_correction", "mech", "fluid")};
-  return {coupling.scheme, start("mech", "fluid") + (coupling.scheme == "EFS1-corrected" ? no_correction : Nodes{}),
-          step_of(coupling), constants()};
+  return {coupling.scheme, start("mech", "fluid"), step_of(coupling), constants()};
+}
+
+std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene) {
+  const CouplingParameters &coupling = scene.coupling;
+  const bool follows = coupling.scheme == "one_way";
+  interface::BloodSettings blood;
+  blood.condition = follows ? interface::BloodSettings::Condition::motion : interface::BloodSettings::Condition::robin;
+  blood.alpha = coupling.automatic_alpha ? 0 : coupling.alpha;
+  interface::WallSettings wall;
+  wall.load = scene.has("circulation")         ? interface::WallSettings::Load::cavity_pressure
+              : scene.has("fluid") && !follows ? interface::WallSettings::Load::blood_force
+                                               : interface::WallSettings::Load::initial_pressure;
+  blood.alternation = wall.alternation =
+      coupling.repeats() ? interface::Alternation::iterations : interface::Alternation::steps;
+  return {{"fluid", to_texts(blood)}, {"mech", to_texts(wall)}};
 }
 
 Sequence make_sequence(const CouplingParameters &coupling) {
   Sequence sequence = scheme(coupling);
+  if (coupling.acceleration == "anderson")
+    sequence.step = accelerated(sequence.step);
   sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha);
   if (coupling.lookahead == 0)
     sequence.step = in_turns(sequence.step);

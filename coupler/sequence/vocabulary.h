@@ -44,5 +44,18 @@ inline bool is_transfer(const Node &node, const std::string &field) {
 inline bool is(const Node &node, Node::Kind kind, const std::string &who) {
   return node.kind == kind && node.participant == who;
 }
+/// With more lines after the first that is this one; without any, as it is.
+inline Nodes after(const Nodes &step, const Node &line, const Nodes &more) {
+  Nodes result;
+  bool is_done = false;
+  for (const Node &node : step) {
+    result.push_back(node);
+    if (!is_done && node.kind == line.kind && node.participant == line.participant && node.field == line.field) {
+      result.insert(result.end(), more.begin(), more.end());
+      is_done = true;
+    }
+  }
+  return result;
+}
 
 } // namespace heartbus::coupler

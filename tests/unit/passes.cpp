@@ -66,13 +66,15 @@ class Participant {
       make("wall_velocity", {"d_n", "d_nm1"}), make("wall_force", {"L_n", "tension", "tension_n", "d_n"});
     if (what == "mech solve")
       make("d", {"d_n", "d_nm1", "tension", "blood_force"}), show_motion();
+    if (what == "fluid accelerate")
+      make("accelerated", {"matrix", "wall_velocity", "wall_force"});
     if (what == "mech begin_probe" || what == "mech probe")
       make("probe_force", {"d_n", "probe_velocity"});
     if (what == "mech end_probe")
       make("alpha_limit", {"d_n", "probe_velocity"});
     if (what == "mech correct")
-      make("pressure_correction", {"d", "blood_velocity", "unit_pressure_force"}), make("d", {"d", "pressure_correction"}),
-          show_motion();
+      make("pressure_correction", {"d", "blood_velocity", "unit_pressure_force"}),
+          make("d", {"d", "pressure_correction"}), show_motion();
     if (what == "ale solve")
       make("mesh_motion", {"displacement", "mesh_motion_n"});
     if (what == "fluid prepare" || what == "fsi prepare")
@@ -96,9 +98,8 @@ class Participant {
   }
   void commit() {
     values_["d_nm1"] = values_["d_n"];
-    const std::map<std::string, std::string> states{{"v", "v_n"},   {"tension", "tension_n"}, {"blood_force", "L_n"},
-                                                    {"x", "x_n"},   {"mesh_motion", "motion_n"},
-                                                    {"d", "d_n"}};
+    const std::map<std::string, std::string> states{{"v", "v_n"}, {"tension", "tension_n"},    {"blood_force", "L_n"},
+                                                    {"x", "x_n"}, {"mesh_motion", "motion_n"}, {"d", "d_n"}};
     for (const auto &[now, old] : states)
       history.push_back(values_[old] = values_[now]);
     values_["mesh_motion_n"] = values_["mesh_motion"];
@@ -246,8 +247,8 @@ TEST(Passes, TheMachineSeesAnOrderThatChangesResults) {
 TEST(Passes, LiftingEarlyChangesNoResult) {
   EXPECT_EQ(expect_the_same_results(lifted_early), 5) << "not where lifting follows the wall, or the fluid is the wall";
   const std::string text = step_text(lifted_early(scheme({}).step));
-  EXPECT_EQ(text.find("\n  step:  displacement mech->ale; solve ale; mesh_motion ale->fluid; prepare fluid; solve ep; "),
-            0u)
+  EXPECT_EQ(
+      text.find("\n  step:  displacement mech->ale; solve ale; mesh_motion ale->fluid; prepare fluid; solve ep; "), 0u)
       << text;
 }
 
@@ -255,6 +256,22 @@ TEST(Passes, AnEstimateOfTheLimitChangesNoResultOfAFixedAlpha) {
   const auto probe = [](const Nodes &step) { return with_limit_of_alpha(step, false); };
   EXPECT_EQ(expect_the_same_results(probe), 5) << "where there is a Robin condition";
   EXPECT_EQ(expect_the_same_results([&](const Nodes &step) { return probe(lifted_early(step)); }), 5);
+}
+
+TEST(Passes, AnAlphaThatFollowsIsTakenOnceTheLimitIsKnownAndBeforeTheFluidIsPrepared) {
+  const std::string text = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true));
+  EXPECT_NE(text.find("mesh_motion ale->fluid; every 100 steps (begin_probe mech; "), std::string::npos) << text;
+  EXPECT_NE(text.find("end_probe mech); alpha_limit mech->fluid; follow_limit fluid; prepare fluid; "),
+            std::string::npos)
+      << text;
+}
+
+TEST(Passes, AccelerationPrecedesEachSolveOfTheFluidThatIsRepeated) {
+  for (const auto &coupling : all_schemes()) {
+    const std::string text = step_text(accelerated(scheme(coupling).step));
+    EXPECT_EQ(text.find("accelerate fluid; solve fluid; blood_force") != std::string::npos, coupling.iterates())
+        << text;
+  }
 }
 
 TEST(Passes, TurnsChangeNoResultAndNobodyWaitsForEver) {
