@@ -4,7 +4,8 @@ namespace heartbus::mech {
 
 using fem::Vector;
 
-void InterfaceWall::linearise(double tau) {
+void InterfaceWall::linearise(double tau, double time) {
+  problem_.time = time;
   problem_.begin_dynamic(tau);
   problem_.linearise(problem_.d_n);
 }

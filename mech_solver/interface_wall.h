@@ -11,7 +11,7 @@ class InterfaceWall : public interface::LinearWall {
   explicit InterfaceWall(ElasticityProblem &problem) : problem_(problem), surface_(problem.space(), "interface") {}
   const fem::LagrangeSpace &space() const override { return problem_.space(); }
   const fem::Constraints &constrained() const override { return problem_.constrained(); }
-  void linearise(double tau) override;
+  void linearise(double tau, double time) override;
   fem::Vector answer(const fem::Vector &force) override;
   fem::Vector interface_mass(const fem::Vector &x) const override;
 

@@ -9,9 +9,9 @@ namespace heartbus::interface {
 
 using fem::Vector;
 
-void AlphaLimit::begin(double tau) {
+void AlphaLimit::begin(double tau, double time) {
   tau_ = tau;
-  wall_.linearise(tau);
+  wall_.linearise(tau, time);
   motions_.clear();
   forces_.clear();
   columns_.clear();

@@ -11,7 +11,7 @@ class LinearWall {
   virtual ~LinearWall() = default;
   virtual const fem::LagrangeSpace &space() const = 0;
   virtual const fem::Constraints &constrained() const = 0; ///< degrees of freedom, three a node
-  virtual void linearise(double tau) = 0;
+  virtual void linearise(double tau, double time) = 0; ///< A(tau), under the loads of that time [s]
   /// A^{-1} f
   virtual fem::Vector answer(const fem::Vector &force) = 0;
   /// M_S x with the mass matrix of the moved interface, free degrees of freedom only.
@@ -33,8 +33,8 @@ class LinearWall {
 class AlphaLimit {
  public:
   explicit AlphaLimit(LinearWall &wall) : wall_(wall) {}
-  /// A new estimate with A(tau), which stays the wall's.
-  void begin(double tau);
+  /// A new estimate with A(tau), which stays the wall's, under the loads of that time [s].
+  void begin(double tau, double time);
   /// To be answered by the blood.
   const fem::Vector &force() const { return forces_.back(); }
   /// With the blood's velocity under `force`: one step, which has the next force.

@@ -1,5 +1,7 @@
 #include "common/interface/instability_watch.h"
 
+#include "common/interface/alpha.h"
+
 #include <cstdio>
 
 namespace heartbus::interface {
@@ -23,7 +25,7 @@ std::string explanation(const Runaway &seen, double pressure) {
   const bool is_far_below = limit > 0 && alpha < limit / 2; // by more than any estimate is wrong
   if ((seen.alternates && !is_far_below) || (limit > 0 && alpha > limit))
     return "the coupling is unstable: " + observed + (limit > 0 ? ", wall and blood allow " + rounded(limit) : "") +
-           ": write " + advice(limit > 0 ? std::min(0.8 * limit, 0.5 * alpha) : 0.5 * alpha) +
+           ": write " + advice(limit > 0 ? std::min(share_of_limit * limit, 0.5 * alpha) : 0.5 * alpha) +
            (seen.automatic_alpha ? "" : " or 'alpha: auto'");
   if (limit <= 0)
     return "the coupling may be unstable: " + observed +

@@ -24,7 +24,7 @@ void WallProbe::declare(bus::Declaration &bus) {
 }
 
 void WallProbe::begin(const bus::Step &step) {
-  alpha_limit_->begin(alternation_ == Alternation::iterations ? step.size : step.size / 2);
+  alpha_limit_->begin(alternation_ == Alternation::iterations ? step.size : step.size / 2, step.time);
   nodes_.get(alpha_limit_->force(), force_);
 }
 

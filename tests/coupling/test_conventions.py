@@ -46,6 +46,13 @@ class Conventions(unittest.TestCase):
         files = [file for file in sources(*folders, "common") if "common/schema/" not in str(file)]
         self.assertEqual(with_pattern(files, pattern), [])
 
+    def test_a_scheme_is_a_function_of_at_most_twenty_lines(self):
+        text = (SOURCE / "coupler/sequence/schemes.cpp").read_text(encoding="utf-8")
+        lengths = {name: body.count("\n") + 1
+                   for body, name in re.findall(r"^(Nodes (\w+)\(.*?^})", text, flags=re.S | re.M)}
+        self.assertTrue({"EFS1", "E1FS", "E1FS_until", "E1FSinf", "EFS1_corrected", "one_way"} <= set(lengths))
+        self.assertEqual({name: n for name, n in lengths.items() if n > 20}, {})
+
     def test_headers_are_included_once(self):
         headers = [file for file in sources(*ALL) if file.suffix == ".h"]
         once = re.compile(r"#pragma once|#ifndef HEARTBUS_H\n#define HEARTBUS_H\n")  # the latter is C

@@ -426,7 +426,7 @@ TEST(Elasticity, StepImpedanceOfAColumnIsThatOfTheOneDimensionalMatrices) {
 double alpha_limit(Column &column, double dt, double share = 0) {
   InterfaceWall wall(column.problem);
   interface::AlphaLimit limit(wall);
-  limit.begin(dt);
+  limit.begin(dt, 0);
   for (int probe = 0; probe < 12; ++probe) {
     fem::Vector wall_velocity = column.space.make_vector(3);
     column.problem.respond(wall_velocity, limit.force());
