@@ -13,18 +13,46 @@ namespace heartbus::ep {
 using fem::Lanes;
 using fem::Vector;
 
+namespace {
+
+constexpr double round_off = 1e-9; // of times
+
+} // namespace
+
+void EPSolver::State::swap(State &other) {
+  std::swap(begin, other.begin);
+  std::swap(end, other.end);
+  v.swap(other.v);
+  v_before.swap(other.v_before);
+  current.swap(other.current);
+  std::swap(dt_before, other.dt_before);
+  std::swap(longest, other.longest);
+  ionic.swap(other.ionic);
+  calcium_begin.swap(other.calcium_begin);
+  curvature.swap(other.curvature);
+  activation.swap(other.activation);
+  repolarisation.swap(other.repolarisation);
+}
+
+double EPSolver::State::share(double time) const {
+  return time < end - round_off * (end - begin) ? (time - begin) / (end - begin) : 1;
+}
+
 EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                    const Parameters &parameters)
     : space_(space), period_(parameters.stimulus.period), control_(parameters),
       integrator_(integrator(parameters.integrator)), model_(make_ionic_model(parameters.ionic_model)),
-      stimulus_(parameters.stimulus, space.points(), space.communicator()),
+      cells_(*model_, integrator_, space.n_owned_nodes()), stimulus_(parameters.stimulus, space.points(), space.communicator()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
-      solved_(current_), calcium_(space.n_owned_nodes()) {
+      solved_(current_), is_fast_(space.n_owned_nodes()), calcium_(space.n_owned_nodes()) {
   const CellState cell = model_->initial_state(parameters.initial_state);
   n_.v = space.make_vector(1);
   n_.v = cell.v;
   n_.v_before = n_.v;
+  n_.current = space.make_vector(1);
   n_.ionic = model_->uniform_states(space.n_owned_nodes(), cell.states);
+  n_.calcium_begin.resize(space.n_owned_nodes());
+  n_.curvature.resize(space.n_owned_nodes());
   n_.activation.assign(space.n_owned_nodes(), std::numeric_limits<double>::quiet_NaN());
   n_.repolarisation = n_.activation;
   np1_ = n_;
@@ -56,90 +84,139 @@ void EPSolver::declare(bus::Declaration &declaration) {
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
-  iterations_ = 0;
-  beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
-  int n = control_.divide(step.size, n_.longest);
-  double estimate;
-  for (;;) {
-    estimate = advance_by(n, step);
-    const int finer = control_.refine(step.size, n, estimate);
-    if (finer == n)
-      break;
-    n = finer;
-  }
-  substeps_ = n;
-  np1_.longest = control_.longest_next(step.size / n, estimate);
-  model_->get_calcium(space_.n_owned_nodes(), np1_.ionic, calcium_.data());
+  iterations_ = substeps_ = 0;
+  ahead_ = n_.end >= step.time - round_off * step.size;
+  if (!ahead_)
+    advance_to(step);
+  set_calcium(ahead_ ? n_ : np1_, step.time);
 }
 
-/// From the old state to the end of the step. Returns the largest error estimate of all substeps and ranks.
-double EPSolver::advance_by(int n_substeps, const bus::Step &step) {
-  const double dt = step.size / n_substeps;
+/// A step of electrophysiology, to the end of this step of the coupling or beyond it, but not beyond the end of a beat.
+void EPSolver::advance_to(const bus::Step &step) {
+  beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
+  const double rest = step.time - n_.end, room = beat_begin_ + period_ - n_.end;
+  const double size = rest > (1 - round_off) * step.size ? step.size : rest; // without noise: it has a matrix
+  Division division = control_.divide(size, n_.longest, room);
+  np1_.curvature = n_.curvature;
+  std::fill(is_fast_.begin(), is_fast_.end(), false);
+  for (;;) {
+    const double length = division.steps * size;
+    begin_advance(n_.end + length);
+    const Estimate estimate = advance(division, length);
+    const Division finer = control_.refine(size, division, estimate.of_all);
+    const bool same = finer.steps == division.steps && finer.substeps == division.substeps;
+    if (same && (division.substeps == 1 || !control_.is_too_coarse(estimate.of_slow))) {
+      substeps_ = division.substeps;
+      np1_.longest = control_.longest_next(division.length(size), estimate.of_all);
+      return;
+    }
+    division = finer;
+  }
+}
+
+/// The old state, for a step that ends at `end`.
+void EPSolver::begin_advance(double end) {
+  np1_.begin = n_.end;
+  np1_.end = end;
   np1_.v = n_.v;
   np1_.v_before = n_.v_before;
   np1_.dt_before = n_.dt_before;
+  np1_.current = n_.current;
+  model_->get_calcium(space_.n_owned_nodes(), n_.ionic, np1_.calcium_begin.data());
   np1_.activation = n_.activation;
   np1_.repolarisation = n_.repolarisation;
-  if (step.time - step.size < beat_begin_ + 1e-9 * period_)
+  if (np1_.begin < beat_begin_ + 1e-9 * period_)
     for (auto *times : {&np1_.activation, &np1_.repolarisation})
       times->assign(times->size(), std::numeric_limits<double>::quiet_NaN());
-  double estimate = 0;
-  for (int k = 0; k < n_substeps; ++k)
-    estimate =
-        std::max(estimate, advance(step.time - (n_substeps - 1 - k) * dt, dt, k == 0 ? n_.ionic : np1_.ionic, np1_));
-  return dealii::Utilities::MPI::max(estimate, space_.communicator());
 }
 
-/// One substep that ends at `end`. Returns this rank's error estimate.
-double EPSolver::advance(double end, double dt, const std::vector<Lanes> &ionic_n, State &state) {
-  const unsigned n_nodes = space_.n_owned_nodes();
-  const bool in_the_middle = integrator_ == Integrator::exponential_midpoint;
-  const double ahead = (in_the_middle ? 0.5 : 1) * dt / state.dt_before;
-  solved_ = state.v_before;
-  solved_.sadd(-ahead, 1 + ahead, state.v); // extrapolated
-  double estimate;
+/// What was fast in an attempt before stays so.
+EPSolver::Estimate EPSolver::advance(Division division, double length) {
+  const double dt = length / division.substeps;
+  for (unsigned node = 0; node < is_fast_.size(); ++node)
+    is_fast_[node] = division.substeps > 1 && (is_fast_[node] || control_.is_fast(np1_.curvature[node], length));
+  std::fill(np1_.curvature.begin(), np1_.curvature.end(), 0);
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "ionic model");
-    estimate = model_->step(integrator_, n_nodes, in_the_middle ? solved_.begin() : state.v.begin(), ionic_n.data(),
-                            state.ionic.data(), dt, current_.begin());
+    cells_.begin_step(n_.ionic, extrapolate(length), length, is_fast_);
   }
-  current_ *= -1;
-  stimulus_.add(end - dt, end, n_nodes, current_.begin());
-  problem_.set_step(in_the_middle ? 0.5 * dt : dt);
-  iterations_ += problem_.solve(state.v, current_, solved_).iterations;
-  return std::max(estimate, finish_substep(end, dt, state));
+  for (int k = 1; k <= division.substeps; ++k)
+    take_substep(np1_.end - (division.substeps - k) * dt, dt);
+  cells_.end_step(np1_.ionic);
+  return estimate(division, length);
 }
 
-/// Takes v^{n+1} from what was solved for. Returns how far the potential is from its extrapolation, over its scale.
-double EPSolver::finish_substep(double end, double dt, State &state) {
+EPSolver::Estimate EPSolver::estimate(Division division, double length) {
+  const double dt = length / division.substeps;
+  double largest = 0, largest_slow = 0;
+  for (unsigned node = 0; node < is_fast_.size(); ++node) {
+    double &curvature = np1_.curvature[node];
+    curvature = std::max(curvature, cells_.curvature()[node]);
+    largest = std::max(largest, curvature);
+    if (!is_fast_[node])
+      largest_slow = std::max(largest_slow, curvature);
+  }
+  std::vector<double> estimates{largest * dt * dt, largest_slow * length * length};
+  dealii::Utilities::MPI::max(estimates, space_.communicator(), estimates);
+  return {estimates[0], estimates[1]};
+}
+
+/// Sets solved_ to the potential that the integrator asks for, of a step of this length.
+const double *EPSolver::extrapolate(double length) {
+  const double ahead = (integrator_ == Integrator::exponential_midpoint ? 0.5 : 1) * length / np1_.dt_before;
+  solved_ = np1_.v_before;
+  solved_.sadd(-ahead, 1 + ahead, np1_.v);
+  return integrator_ == Integrator::exponential_midpoint ? solved_.begin() : np1_.v.begin();
+}
+
+void EPSolver::take_substep(double end, double dt) {
+  const double *v = extrapolate(dt);
+  {
+    const bus::Stopwatch::Section section(problem_.stopwatch, "ionic model");
+    cells_.substep(v, dt, current_.begin());
+  }
+  current_ *= -1;
+  stimulus_.add(end - dt, end, space_.n_owned_nodes(), current_.begin());
+  const double to_middle = integrator_ == Integrator::exponential_midpoint ? 0.5 * dt : dt;
+  solved_.add(to_middle, current_, -to_middle, np1_.current); // the guess knows the change of the current
+  np1_.current = current_;
+  problem_.set_step(to_middle);
+  iterations_ += problem_.solve(np1_.v, current_, solved_).iterations;
+  finish_substep(end, dt);
+}
+
+/// Takes v^{n+1} from what was solved for.
+void EPSolver::finish_substep(double end, double dt) {
   const bool in_the_middle = integrator_ == Integrator::exponential_midpoint;
-  const double ratio = dt / state.dt_before;
+  const double ratio = dt / np1_.dt_before, square = 0.5 * dt * (dt + np1_.dt_before);
   constexpr double scale = 0.1;          // [V], an action potential
   constexpr double repolarised = -70e-3; // [V], nine tenths of the way back
-  double largest = 0;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
-    double &v_before = state.v_before.local_element(node), &v = state.v.local_element(node);
+    double &v_before = np1_.v_before.local_element(node), &v = np1_.v.local_element(node);
     const double v_n = v, solved = solved_.local_element(node), v_np1 = in_the_middle ? 2 * solved - v_n : solved;
-    largest = std::max(largest, std::abs(v_np1 - v_n - ratio * (v_n - v_before)));
-    if (std::isnan(state.activation[node]) && v_n < 0 && v_np1 >= 0)
-      state.activation[node] = end - dt * v_np1 / (v_np1 - v_n) - beat_begin_;
-    if (!std::isnan(state.activation[node]) && v_n >= repolarised && v_np1 < repolarised) // the last time counts
-      state.repolarisation[node] = end - dt * (v_np1 - repolarised) / (v_np1 - v_n) - beat_begin_;
+    double &activation = np1_.activation[node], &curvature = np1_.curvature[node];
+    curvature = std::max(curvature, std::abs(v_np1 - v_n - ratio * (v_n - v_before)) / (scale * square));
+    if (std::isnan(activation) && v_n < 0 && v_np1 >= 0)
+      activation = end - dt * v_np1 / (v_np1 - v_n) - beat_begin_;
+    if (!std::isnan(activation) && v_n >= repolarised && v_np1 < repolarised) // the last time counts
+      np1_.repolarisation[node] = end - dt * (v_np1 - repolarised) / (v_np1 - v_n) - beat_begin_;
     v_before = v_n;
     v = v_np1;
   }
-  state.dt_before = dt;
-  return largest / scale;
+  np1_.dt_before = dt;
+}
+
+void EPSolver::set_calcium(const State &state, double time) {
+  model_->get_calcium(space_.n_owned_nodes(), state.ionic, calcium_.data());
+  const double share = state.share(time);
+  for (unsigned node = 0; share < 1 && node < calcium_.size(); ++node)
+    calcium_[node] = share * calcium_[node] + (1 - share) * state.calcium_begin[node];
 }
 
 void EPSolver::commit_step(const bus::Step &step) {
-  n_.v.swap(np1_.v);
-  n_.v_before.swap(np1_.v_before);
-  n_.dt_before = np1_.dt_before;
-  n_.longest = np1_.longest;
-  n_.ionic.swap(np1_.ionic);
-  n_.activation.swap(np1_.activation);
-  n_.repolarisation.swap(np1_.repolarisation);
+  if (!ahead_)
+    n_.swap(np1_);
+  now_ = step.time - beat_begin_;
   if (writer_ && output_.due(step.number, step.size))
     write(step.time);
 }
@@ -148,6 +225,11 @@ void EPSolver::visit(io::State &state) {
   state.points("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   state.field("potential", 1, n_.v.begin());
   state.field("potential_before", 1, n_.v_before.begin());
+  state.field("current", 1, n_.current.begin());
+  state.number("begin", n_.begin);
+  state.number("end", n_.end);
+  state.field("calcium_begin", 1, n_.calcium_begin.data());
+  state.field("curvature", 1, n_.curvature.data());
   state.number("substep", n_.dt_before);
   state.number("longest_substep", n_.longest);
   state.partial_field("activation_time", 1, n_.activation.data());
@@ -174,7 +256,9 @@ void EPSolver::load_state(const std::string &folder, const bus::Step &step) {
     writer_->go_on_from(step.time);
   io::load_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
   np1_ = n_;
-  model_->get_calcium(space_.n_owned_nodes(), n_.ionic, calcium_.data());
+  beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
+  now_ = step.time - beat_begin_;
+  set_calcium(n_, step.time);
 }
 
 void EPSolver::finish() {
@@ -188,21 +272,24 @@ void EPSolver::finish() {
 }
 
 void EPSolver::write(double time) {
+  const double share = n_.share(time); // below 1 in a step without substeps only, which began with v_before
+  solved_ = n_.v_before;
+  solved_.sadd(1 - share, share, n_.v);
   writer_->begin(time);
-  writer_->nodal("potential", 1, n_.v.begin());
+  writer_->nodal("potential", 1, solved_.begin());
   writer_->nodal("calcium", 1, calcium_.data());
   writer_->end();
 }
 
 double EPSolver::n_activated() const {
-  return std::count_if(n_.activation.begin(), n_.activation.end(), [](double time) { return std::isfinite(time); });
+  return std::count_if(n_.activation.begin(), n_.activation.end(), [this](double time) { return time <= now_; });
 }
 
 double EPSolver::last_activation() const {
   constexpr double never = std::numeric_limits<double>::infinity();
   double latest = 0;
   for (const double time : n_.activation)
-    latest = std::max(latest, std::isnan(time) ? never : time);
+    latest = std::max(latest, time <= now_ ? time : never);
   return latest == never ? std::numeric_limits<double>::quiet_NaN() : latest;
 }
 

@@ -4,7 +4,7 @@
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
-#include "ep_solver/ionic/ionic_model.h"
+#include "ep_solver/cells.h"
 #include "ep_solver/monodomain_problem.h"
 #include "ep_solver/stimulus.h"
 #include "ep_solver/substeps.h"
@@ -17,6 +17,9 @@ namespace heartbus::ep {
 /// from the extrapolated potential, then (ionic_model.h, monodomain_problem.h)
 ///
 ///     (2 M/dt + K) v^{n+1/2} = M (2 v^n/dt - I_ion^{n+1/2} + I_app),   v^{n+1} = 2 v^{n+1/2} - v^n.
+///
+/// A step of electrophysiology may reach over several steps of the coupling (substeps.h). Within it, what is sent and
+/// written lies on the line between its ends.
 class EPSolver : public bus::Solver {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
@@ -41,19 +44,36 @@ class EPSolver : public bus::Solver {
   double last_activation() const;
   double n_activated() const;                         ///< of this rank's nodes, in this beat
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
-  unsigned substeps() const { return substeps_; }     ///< of the last step
+  /// Of the last step; 0: it lies within one that was computed before.
+  unsigned substeps() const { return substeps_; }
+  double end() const { return n_.end; } ///< how far electrophysiology has come [s]
 
  private:
   struct State {
-    fem::Vector v, v_before; ///< at the end of the step and one substep before it
-    double dt_before = 1;    ///< length of that substep [s]
-    double longest = 1;      ///< substep that the next step of the coupling starts with, at most [s]
+    double begin = 0, end = 0; ///< of the last step of electrophysiology [s]
+    fem::Vector v, v_before;   ///< at its end and one substep before it
+    fem::Vector current;       ///< I_app - I_ion of that substep
+    double dt_before = 1;      ///< length of that substep [s]
+    double longest = 1;        ///< substep that the next step starts with, at most [s]
     std::vector<fem::Lanes> ionic;
+    std::vector<double> calcium_begin;              ///< [uM], at its begin
+    std::vector<double> curvature;                  ///< within it (cells.h) [1/s^2]
     std::vector<double> activation, repolarisation; ///< of this beat, from its begin [s]; NaN: not yet
+    void swap(State &other);
+    double share(double time) const; ///< of the last step that has passed at this time
   };
-  double advance_by(int n_substeps, const bus::Step &step);
-  double advance(double end, double dt, const std::vector<fem::Lanes> &ionic_n, State &state);
-  double finish_substep(double end, double dt, State &state);
+  struct Estimate { ///< the largest of all ranks
+    double of_all;  ///< of a substep, whether a cell took it or not
+    double of_slow; ///< of the step, for those that took it at once
+  };
+  void advance_to(const bus::Step &step);
+  void begin_advance(double end);
+  Estimate advance(Division division, double length);
+  Estimate estimate(Division division, double length);
+  const double *extrapolate(double length);
+  void take_substep(double end, double dt);
+  void finish_substep(double end, double dt);
+  void set_calcium(const State &state, double time);
   void visit(io::State &state); ///< what is at the end of the last step
   void write(double time);
 
@@ -62,10 +82,14 @@ class EPSolver : public bus::Solver {
   SubstepControl control_;
   Integrator integrator_;
   std::unique_ptr<IonicModel> model_;
+  Cells cells_;
   Stimulus stimulus_;
   MonodomainProblem problem_;
   State n_, np1_;
+  bool ahead_ = false;           ///< the step lies within the last one of electrophysiology
+  double now_ = 0;               ///< end of the last step of the coupling, from the beat's begin [s]
   fem::Vector current_, solved_; ///< solved_: v^{n+1}, or v in the middle of the substep
+  std::vector<char> is_fast_;    ///< [node]
   std::vector<double> calcium_;
   unsigned iterations_ = 0, substeps_ = 0;
   OutputParameters output_;

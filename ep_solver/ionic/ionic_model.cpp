@@ -3,6 +3,8 @@
 #include "common/bus/failure.h"
 #include "ep_solver/ionic/ionic_models.h"
 
+#include <algorithm>
+
 namespace heartbus::ep {
 
 #define HEARTBUS_DECLARE(name, make) std::unique_ptr<IonicModel> make();
@@ -39,6 +41,30 @@ void IonicModel::get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> 
   const fem::Lanes *values = states.data() + calcium_state();
   for (std::size_t node = 0; node < n_nodes; ++node)
     calcium[node] = factor * values[node / fem::n_lanes * n][node % fem::n_lanes];
+}
+
+void IonicModel::gather(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &all,
+                        std::vector<fem::Lanes> &some) const {
+  const unsigned n = n_kept();
+  some.resize(n_blocks(nodes.size()) * n);
+  for (std::size_t k = 0; k < n_blocks(nodes.size()) * fem::n_lanes; ++k) {
+    const unsigned node = nodes[std::min(k, nodes.size() - 1)]; // the last block is filled up with copies
+    const fem::Lanes *from = &all[node / fem::n_lanes * n];
+    fem::Lanes *to = &some[k / fem::n_lanes * n];
+    for (unsigned s = 0; s < n; ++s)
+      to[s][k % fem::n_lanes] = from[s][node % fem::n_lanes];
+  }
+}
+
+void IonicModel::scatter(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &some,
+                         std::vector<fem::Lanes> &all) const {
+  const unsigned n = n_kept();
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const fem::Lanes *from = &some[k / fem::n_lanes * n];
+    fem::Lanes *to = &all[nodes[k] / fem::n_lanes * n];
+    for (unsigned s = 0; s < n; ++s)
+      to[s][nodes[k] % fem::n_lanes] = from[s][k % fem::n_lanes];
+  }
 }
 
 } // namespace heartbus::ep

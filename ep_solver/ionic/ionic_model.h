@@ -48,10 +48,10 @@ class IonicModel {
   /// "limit_cycle": periodic state at the end of a paced beat; "published": the initial state of the publication.
   virtual CellState initial_state(const std::string &kind) const = 0;
   /// One step of `n_nodes` cells from states_n to states_np1 (the same array is allowed). `v` is the potential that the
-  /// integrator asks for: at the start of the step or in its middle. Returns the largest difference of a state from its
-  /// extrapolation, of a scale that the model chooses: an estimate of what a step so long misses.
-  virtual double step(Integrator integrator, std::size_t n_nodes, const double *v, const fem::Lanes *states_n,
-                      fem::Lanes *states_np1, double dt, double *i_ion) const = 0;
+  /// integrator asks for: at the start of the step or in its middle. `error` becomes the largest difference of a cell's
+  /// states from their extrapolation, of a scale that the model chooses: an estimate of what a step so long misses.
+  virtual void step(Integrator integrator, std::size_t n_nodes, const double *v, const fem::Lanes *states_n,
+                    fem::Lanes *states_np1, double dt, double *i_ion, double *error) const = 0;
   /// One step of a single cell, in place, in plain doubles; `i_app` is the applied current [V/s], which has to be
   /// carried by some ion if a paced cell shall reach a limit cycle. Returns I_ion.
   virtual double step_cell(Integrator integrator, double v, std::vector<double> &states, double dt,
@@ -64,6 +64,11 @@ class IonicModel {
   std::vector<fem::Lanes> uniform_states(std::size_t n_nodes, const std::vector<double> &states) const;
   /// calcium [uM] of every node.
   void get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> &states, double *calcium) const;
+  /// From the cells of all nodes those of `nodes`, in blocks of their own, and back.
+  void gather(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &all,
+              std::vector<fem::Lanes> &some) const;
+  void scatter(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &some,
+               std::vector<fem::Lanes> &all) const;
 
  protected:
   static std::size_t n_blocks(std::size_t n_nodes) { return (n_nodes + fem::n_lanes - 1) / fem::n_lanes; }

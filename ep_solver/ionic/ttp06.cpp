@@ -54,21 +54,19 @@ HEARTBUS_INLINE void fill(Chunk &c, unsigned n_nodes, unsigned n_blocks, const d
   std::copy_n(states_n, n_blocks * n_kept, c.y_n.front().begin());
 }
 
-/// Returns the largest error of the cells.
-HEARTBUS_INLINE double empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, Lanes *states_np1, double *i_ion) {
+HEARTBUS_INLINE void empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, Lanes *states_np1, double *i_ion,
+                           double *error) {
   std::copy_n(c.y_np1.front().begin(), n_blocks * n_kept, states_np1);
-  double error = 0;
   for (unsigned node = 0; node < n_nodes; ++node) {
     i_ion[node] = c.outcomes[node / n_lanes].I_ion[node % n_lanes];
-    error = std::max(error, c.outcomes[node / n_lanes].error[node % n_lanes]);
+    error[node] = c.outcomes[node / n_lanes].error[node % n_lanes] / scale_Ca_ss;
   }
-  return error / scale_Ca_ss;
 }
 
 /// The two parts of a step in loops of their own: in one, the code is more than a processor keeps of decoded
 /// instructions.
-HEARTBUS_SIMD double euler_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
-                                 Lanes *states_np1, double dt, double *i_ion) {
+HEARTBUS_SIMD void euler_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
+                               Lanes *states_np1, double dt, double *i_ion, double *error) {
   Chunk c;
   const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
   fill(c, n_nodes, n_blocks, v, states_n);
@@ -76,11 +74,11 @@ HEARTBUS_SIMD double euler_chunk(const CellType &cell, unsigned n_nodes, const d
     step_gates(cell, c.v_mV[block], c.y_n[block], c.y_np1[block], 1e3 * dt);
   for (unsigned block = 0; block < n_blocks; ++block)
     c.outcomes[block] = finish_step(cell, c.v_mV[block], c.y_n[block], c.y_np1[block], 1e3 * dt);
-  return empty(c, n_nodes, n_blocks, states_np1, i_ion);
+  empty(c, n_nodes, n_blocks, states_np1, i_ion, error);
 }
 
-HEARTBUS_SIMD double midpoint_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
-                                    Lanes *states_np1, double dt, double *i_ion) {
+HEARTBUS_SIMD void midpoint_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
+                                  Lanes *states_np1, double dt, double *i_ion, double *error) {
   Chunk c;
   const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
   fill(c, n_nodes, n_blocks, v, states_n);
@@ -89,7 +87,7 @@ HEARTBUS_SIMD double midpoint_chunk(const CellType &cell, unsigned n_nodes, cons
   for (unsigned block = 0; block < n_blocks; ++block)
     c.outcomes[block] =
         finish_step_midpoint(cell, c.v_mV[block], c.y_n[block], c.y_middle[block], c.y_np1[block], 1e3 * dt);
-  return empty(c, n_nodes, n_blocks, states_np1, i_ion);
+  empty(c, n_nodes, n_blocks, states_np1, i_ion, error);
 }
 
 class TTP06 : public IonicModel {
@@ -108,17 +106,14 @@ class TTP06 : public IonicModel {
     return cell;
   }
 
-  double step(Integrator integrator, std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
-              double dt, double *i_ion) const override {
+  void step(Integrator integrator, std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
+            double dt, double *i_ion, double *error) const override {
     const auto step_chunk = integrator == Integrator::imex_euler ? euler_chunk : midpoint_chunk;
-    double error = 0;
     for (std::size_t first = 0; first < n_nodes; first += chunk * n_lanes) {
       const std::size_t states = first / n_lanes * n_kept();
       const unsigned n = std::min<std::size_t>(chunk * n_lanes, n_nodes - first);
-      error =
-          std::max(error, step_chunk(cell_, n, v + first, states_n + states, states_np1 + states, dt, i_ion + first));
+      step_chunk(cell_, n, v + first, states_n + states, states_np1 + states, dt, i_ion + first, error + first);
     }
-    return error;
   }
 
   double step_cell(Integrator integrator, double v, std::vector<double> &states, double dt,

@@ -56,9 +56,9 @@ void ionic_step(benchmark::State &state, ep::Integrator integrator) {
   const ep::CellState cell = model->initial_state("limit_cycle");
   const auto states_n = model->uniform_states(n, cell.states);
   auto states_np1 = states_n;
-  std::vector<double> v(n, cell.v), current(n);
+  std::vector<double> v(n, cell.v), current(n), error(n);
   for (auto _ : state)
-    model->step(integrator, n, v.data(), states_n.data(), states_np1.data(), dt, current.data());
+    model->step(integrator, n, v.data(), states_n.data(), states_np1.data(), dt, current.data(), error.data());
   // read, and written with the line read before
   const double bytes = 8. * (3 * model->n_kept() + 3);
   compare_with_limit(state, {double(n), n * bytes, n * flops_of_a_cell(integrator)});

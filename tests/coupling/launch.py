@@ -1,9 +1,15 @@
 """Runs commands as a user would, and finds whoever they leave behind."""
 import os
+import runpy
 import shlex
 import subprocess
+import sys
+import tempfile
 import time
+import traceback
+import unittest
 import uuid
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 BIN = Path(os.environ["HEARTBUS_BIN"])
@@ -29,6 +35,57 @@ class Launch:
         self.seconds = time.monotonic() - begin
         self.code = process.returncode
         self.orphans = [p for p in Path("/proc").glob("[0-9]*/environ") if has_mark(p, mark)]
+
+
+class Forked:
+    """A Python program of ours, finished, in a fork of this process, so that what both import is loaded once: exit code and
+    output as of a Launch."""
+
+    def __init__(self, script, words, folder):
+        sys.stdout.flush()
+        sys.stderr.flush()
+        with tempfile.TemporaryFile("w+") as said, open(os.devnull) as nothing:
+            pid = os.fork()
+            if pid == 0:
+                for number, file in ((0, nothing), (1, said), (2, said)):
+                    os.dup2(file.fileno(), number)
+                os._exit(self.perform(Path(script), [str(word) for word in words], folder))
+            self.code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+            said.seek(0)
+            self.output = said.read()
+
+    @staticmethod
+    def perform(script, words, folder):
+        code = 1
+        try:
+            os.chdir(folder)
+            sys.argv, sys.stdout, sys.stderr = [str(script), *words], os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)
+            sys.path.insert(0, str(script.parent))
+            runpy.run_path(str(script), run_name="__main__")
+            code = 0
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
+            if isinstance(end.code, str):
+                print(end.code, file=sys.stderr)
+        except BaseException:
+            traceback.print_exc()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        return code
+
+
+def main_side_by_side(n):
+    """unittest.main of a file whose tests mostly wait: n of them at once, each in a process of its own."""
+    if len(sys.argv) > 1:
+        return unittest.main(verbosity=2)
+    suites = unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])
+    names = [test.id().removeprefix("__main__.") for suite in suites for test in suite]
+    with ThreadPoolExecutor(n) as pool:
+        runs = list(pool.map(lambda name: subprocess.run([sys.executable, sys.argv[0], "-v", name], stdout=subprocess.PIPE,
+                                                         stderr=subprocess.STDOUT, text=True, check=False), names))
+    print("".join(run.stdout for run in runs))
+    failed = [name for name, run in zip(names, runs) if run.returncode]
+    sys.exit("failed: " + ", ".join(failed) if failed or not names else 0)
 
 
 def has_mark(environ, mark):

@@ -6,6 +6,10 @@ import tempfile
 import threading
 import time
 import unittest
+import uuid
+from pathlib import Path
+
+from launch import has_mark, main_side_by_side
 
 BIN = os.environ.get("HEARTBUS_BIN", "build/release/bin")
 SEQUENCE, DUMMY, REPLAY = (os.path.join(BIN, name) for name in ("coupling_sequence", "coupling_dummy", "replay"))
@@ -20,8 +24,10 @@ class Run:
         command = ["mpirun"]
         for app in apps:
             command += (["-n"] if len(command) == 1 else [":", "-n"]) + [str(word) for word in app]
+        environment = {**ENVIRONMENT, **dict(variables), "HEARTBUS_TEST_MARK": uuid.uuid4().hex}
+        self.mark = "HEARTBUS_TEST_MARK=" + environment["HEARTBUS_TEST_MARK"]
         with tempfile.TemporaryFile("w+") as out:
-            process = subprocess.Popen(command, env={**ENVIRONMENT, **dict(variables)}, stdout=out, stderr=subprocess.PIPE, text=True)
+            process = subprocess.Popen(command, env=environment, stdout=out, stderr=subprocess.PIPE, text=True)
             limit = threading.Timer(60, process.terminate)
             limit.start()
             if during:
@@ -39,24 +45,22 @@ class Run:
             self.out = out.read()
         self.causes = [line for line in self.err.splitlines() if line.startswith("heartbus: ")]
 
+    def left_over(self):
+        """Its processes that are still there a moment after it has ended."""
+        for _ in range(20):
+            alive = [path.parent.name for path in Path("/proc").glob("[0-9]*/environ") if has_mark(path, self.mark)]
+            if not alive:
+                return []
+            time.sleep(0.1)
+        return alive
+
 
 def sequence(*words, steps=2, dt=0.1, deadline=10):
     return [1, SEQUENCE, steps, dt, deadline, *words]
 
 
-def pair(*words, a=1, b=1, variables=(), **options):
-    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], variables=variables)
-
-
-def left_over():
-    """Processes of ours that are still there a moment after a launch has ended."""
-    for _ in range(20):
-        lines = subprocess.run(["ps", "-eo", "stat,args"], stdout=subprocess.PIPE, text=True).stdout.splitlines()
-        alive = [line for line in lines if DUMMY in line and not line.startswith("Z") and "mpirun" not in line]
-        if not alive:
-            return []
-        time.sleep(0.1)
-    return alive
+def pair(*words, a=1, b=1, variables=(), during=None, **options):
+    return Run(sequence(*words, **options), [a, DUMMY, "--name", "a"], [b, DUMMY, "--name", "b"], during=during, variables=variables)
 
 
 class Bus(unittest.TestCase):
@@ -67,7 +71,7 @@ class Bus(unittest.TestCase):
         for part in parts:
             self.assertIn(part, run.err)
         self.assertLess(run.seconds_to_end, 5)
-        self.assertEqual(left_over(), [])
+        self.assertEqual(run.left_over(), [])
 
     def test_values_arrive_at_the_right_points_on_one_rank_each(self):
         run = pair()
@@ -156,7 +160,7 @@ class Bus(unittest.TestCase):
         run = pair("crash", "a", a=2)
         self.assertNotEqual(run.code, 0)
         self.assertLess(run.seconds_to_end, 20)
-        self.assertEqual(left_over(), [])
+        self.assertEqual(run.left_over(), [])
 
     def test_nan_is_refused_by_the_sender(self):
         self.assert_cause(pair("nan", "a"), 6, "heartbus: a (rank 0): field 'signal' is nan at point (0, 0, 0.002)",
@@ -166,8 +170,11 @@ class Bus(unittest.TestCase):
         self.assert_cause(pair("huge", "a"), 6, "heartbus: a (rank 0): field 'signal' is 1e+300 at point (0, 0, 0.002)",
                           "component 1, step 1, iteration 0")
 
-    def test_a_waiting_participant_uses_less_than_a_twentieth_of_a_core(self):
-        run = pair("slow", "a", b=2, steps=1)
+    def test_a_waiting_participant_uses_less_than_a_twentieth_of_a_core_and_outlives_sigusr1(self):
+        def send_signal(process):
+            time.sleep(1.5)
+            process.send_signal(signal.SIGUSR1)
+        run = pair("slow", "a", b=2, steps=1, during=send_signal)
         self.assertEqual(run.code, 0, run.err)
         words = next(line for line in run.out.splitlines() if line.startswith("b received")).split()
         waited, cpu = float(words[3]), float(words[7])
@@ -195,14 +202,6 @@ class Bus(unittest.TestCase):
     def test_no_ring_is_lost_where_ranks_share_a_number_in_sets_of_63(self):
         self.assert_nobody_oversleeps(pair(a=33, b=33, steps=30))
 
-    def test_sigusr1_ends_no_participant(self):
-        def send_signal(process):
-            time.sleep(1.5)
-            process.send_signal(signal.SIGUSR1)
-        run = Run(sequence("slow", "a", steps=1), [1, DUMMY, "--name", "a"], [1, DUMMY, "--name", "b"],
-                  during=send_signal)
-        self.assertEqual(run.code, 0, run.err)
-
 
 class Source(unittest.TestCase):
     def test_only_the_bus_names_the_world_of_all_programs(self):
@@ -214,14 +213,13 @@ class Source(unittest.TestCase):
 
 
 class Recording(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.file = os.path.join(self.folder.name, "signal.h5")
-        run = pair("record", "coupler", self.file, a=2, steps=3)
-        self.assertEqual(run.code, 0, run.err)
-
-    def tearDown(self):
-        self.folder.cleanup()
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.file = os.path.join(folder.name, "signal.h5")
+        run = pair("record", "coupler", cls.file, a=2, steps=3)
+        assert run.code == 0, run.err
 
     def replay(self, **options):
         return Run(sequence("replay", "a", self.file, **options), [2, REPLAY, "--name", "a"],
@@ -244,4 +242,4 @@ class Recording(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    main_side_by_side(3)

@@ -2,6 +2,7 @@
 import subprocess
 import sys
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
 from launch import SOURCE
 from test_own_code import use_library
@@ -23,26 +24,31 @@ def check(command, role):
                           stderr=subprocess.STDOUT, text=True, check=False)
 
 
+ROLES = ("ep", "mech", "ale", "fluid")
+AT_ONCE = 3  # most of a check is sleep: partners that take their time, deadlines
+
+
 class Conformance(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         use_library()
-
-    def assert_passes(self, command, role):
-        run = check(command, role)
-        lines = run.stdout.splitlines()
-        self.assertEqual((run.returncode, len(lines)), (0, 12), run.stdout)
-        self.assertTrue(all(line.startswith("yes ") for line in lines), run.stdout)
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            ours = {role: pool.submit(check, role + "_solver", role) for role in ROLES}
+            wrong = {mischief: pool.submit(check, f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
+                     for mischief, _, _ in WRONG}
+        cls.ours, cls.wrong = ({key: run.result() for key, run in runs.items()} for runs in (ours, wrong))
 
     def test_ours_pass(self):
-        for role in ("ep", "mech", "ale", "fluid"):
+        for role, run in self.ours.items():
             with self.subTest(role):
-                self.assert_passes(role + "_solver", role)
+                lines = run.stdout.splitlines()
+                self.assertEqual((run.returncode, len(lines)), (0, 12), run.stdout)
+                self.assertTrue(all(line.startswith("yes ") for line in lines), run.stdout)
 
     def test_whoever_does_something_wrong_is_told_what(self):
         for mischief, failed, reason in WRONG:
             with self.subTest(mischief):
-                run = check(f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
+                run = self.wrong[mischief]
                 self.assertEqual(run.returncode, 1, run.stdout)
                 told = [line for line in run.stdout.splitlines() if line.startswith("NO  ")]
                 self.assertEqual(len(told), 1, run.stdout)

@@ -5,12 +5,14 @@ import sys
 import tempfile
 import textwrap
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from launch import BIN, SOURCE, Launch
 from test_own_code import use_library
 
 SHARE = BIN.parent / "share/heartbus"
+AT_ONCE = 3   # some are waited for
 SECONDS = 30  # the deadline is not waited for, but the machine may be busy
 SCENE = f"""\
 base: {SOURCE}/configs/ideal_lv/electromechanics.yaml
@@ -92,11 +94,11 @@ class Foreign(unittest.TestCase):
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)
 
-    def launch(self, command):
-        scene = self.folder / "scene.yaml"
+    def launch(self, command, folder=None):
+        folder = folder or self.folder
+        scene = folder / "scene.yaml"
         scene.write_text(SCENE.replace("COMMAND", command))
-        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe", "--force"],
-                      self.folder)
+        return Launch(["/usr/bin/python3", SOURCE / "tools/check.py", "--launch", scene, "--oversubscribe", "--force"], folder)
 
     def assert_ends(self, run, code, parts):
         self.assertEqual(run.code, code, run.output) if code is not None else self.assertNotEqual(run.code, 0, run.output)
@@ -108,10 +110,17 @@ class Foreign(unittest.TestCase):
         self.assertEqual(run.orphans, [])
 
     def test_whatever_a_python_program_does_wrong_is_told_in_one_message(self):
-        for what, right, wrong, code, parts in WRONG:
+        def launch(what, right, wrong, *_):
+            folder = self.folder / what.replace(" ", "_")
+            folder.mkdir()
+            (folder / "mine.py").write_text(PYTHON.replace(right, wrong) if right else PYTHON)
+            return self.launch(f"{sys.executable} mine.py", folder)
+
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            runs = list(pool.map(launch, *zip(*WRONG)))
+        for (what, _, _, code, parts), run in zip(WRONG, runs):
             with self.subTest(what):
-                (self.folder / "mine.py").write_text(PYTHON.replace(right, wrong) if right else PYTHON)
-                self.assert_ends(self.launch(f"{sys.executable} mine.py"), code, parts)
+                self.assert_ends(run, code, parts)
 
     def test_a_crash_in_fortran_names_the_program_and_the_signal(self):
         (self.folder / "crash.f90").write_text(textwrap.dedent(CRASH))

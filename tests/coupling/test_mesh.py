@@ -7,11 +7,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from launch import BIN, SOURCE, Launch, run_crowded
+from launch import BIN, SOURCE, Forked, Launch, run_crowded
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from foreign_files import write_carp, write_gmsh, write_hexahedra, write_svmultiphysics, write_xdmf  # noqa: E402
-from meshing import native, topology  # noqa: E402
+# all that tools/mesh imports, so that its forks find it loaded
+from meshing import build, checks, fibres, labels, native, picture, read, report, topology  # noqa: E402, F401
 
 DATA = SOURCE / "tests/data/meshes"
 SOLID, FLUID = DATA / "lv_solid.msh", DATA / "lv_fluid.msh"
@@ -25,7 +26,7 @@ class Meshes(unittest.TestCase):
         self.parts = native.read(DATA / "lv.h5")
 
     def tool(self, *words):
-        return Launch([SOURCE / "tools/mesh", *words], self.folder)
+        return Forked(SOURCE / "tools/mesh", words, self.folder)
 
     def imported(self, *words):
         """(parts, output)"""
@@ -235,6 +236,13 @@ class BadInput(Meshes):
             file["fluid/points"][3] = 0, 0, 0
             file["solid/cells"][5] = file["solid/cells"][5][[1, 0, 2, 3]]
         self.assertIn("solid: cell 5 around", self.refused("check", "nan.h5"))
+
+    def test_the_command_itself(self):
+        launch = Launch([SOURCE / "tools/mesh", "check", DATA / "lv.h5"], self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertIn("interfaces: the same 138 nodes and 248 faces", launch.output)
+        launch = Launch([SOURCE / "tools/mesh", "import", SOLID, FLUID, "-o", "x.h5"], self.folder)
+        self.assertEqual((launch.code, launch.output.count("\n")), (2, 1), launch.output)
 
     def test_scenes_name_the_import(self):
         scene = self.folder / "scene.yaml"

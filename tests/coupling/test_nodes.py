@@ -11,9 +11,18 @@ import time
 import unittest
 from pathlib import Path
 
-from launch import SOURCE, Launch
+from launch import SOURCE, Launch, main_side_by_side
 
 SCENE = SOURCE / "tests/regression/small_heartbeat.yaml"
+MANY = """
+scene: many
+time: {end: 20 s, step: 0.2 ms}
+coupling: {scheme: one_way}
+participants: {ep: {program: stand_in, ranks: 8, settings: {mischief: none, step: 0, delay: 0.002}}}
+geometry: {mesh: MXS}
+electrophysiology: {refinements: 0}
+output: {every: 0 ms}
+"""
 NODES = {"node-a": "10.213.77.1", "node-b": "10.213.77.2"}
 AGENT = """#!/bin/sh
 # How mpirun reaches a node: AGENT NODE COMMAND...
@@ -110,15 +119,15 @@ class TwoNodes(unittest.TestCase):
             self.skipTest(f"no namespaces here: {error}")
         self.addCleanup(self.cluster.close)
 
-    def run_scene(self, *words, hosts=None, during=None):
-        launch = [sys.executable, str(SOURCE / "tools/launch.py"), str(SCENE), "--ranks", "2", *words]
+    def run_scene(self, *words, scene=SCENE, ranks=2, hosts=None, during=None):
+        launch = [sys.executable, str(SOURCE / "tools/check.py"), "--launch", str(scene), "--ranks", str(ranks), *words]
         if hosts:
             (self.folder / "hosts").write_text(hosts)
             launch = self.cluster.on_first_node(*launch, "--hosts", "hosts")
         return Launch(launch, self.folder, during)
 
     def test_fields_travel_by_tcp_and_the_history_is_the_same_wherever_ranks_are(self):
-        beat = ["--set", "time.end=6 ms"]
+        beat = ["--set", "time.end=4 ms", "--set", "electrophysiology.refinements=0"]
         launch = self.run_scene(*beat, "--out", "here")
         self.assertEqual(launch.code, 0, launch.output)
         expected = history(self.folder / "here")
@@ -138,7 +147,7 @@ class TwoNodes(unittest.TestCase):
                         else:
                             self.assertEqual(row[key], value)
 
-    def vanish(self, how):
+    def vanish(self, how, **options):
         """Ends a run on both nodes while it works; returns it and how long it took to end."""
         def during(_launcher):
             file, end = self.folder / "out/history.csv", time.monotonic() + 60
@@ -149,7 +158,7 @@ class TwoNodes(unittest.TestCase):
             how()
             self.since = time.monotonic()
         launch = self.run_scene("--set", "deadline=15 s", "--set", "time.end=800 ms", "--out", "out",
-                                hosts="node-a slots=1\nnode-b slots=1\n", during=during)
+                                hosts="node-a slots=4\nnode-b slots=4\n", during=during, **options)
         return launch, time.monotonic() - self.since
 
     def assert_missed(self, launch, seconds):
@@ -172,7 +181,8 @@ class TwoNodes(unittest.TestCase):
         def die():
             for pid in self.cluster.processes("node-b"):
                 os.kill(pid, signal.SIGKILL)
-        self.assert_missed(*self.vanish(die))
+        (self.folder / "many.yaml").write_text(MANY)  # without physics: it is mpirun that notices
+        self.assert_missed(*self.vanish(die, scene="many.yaml", ranks=8))
 
     def test_a_node_that_cannot_be_reached_is_told_at_the_start(self):
         self.cluster.pids["node-b"].kill()
@@ -184,4 +194,4 @@ class TwoNodes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    main_side_by_side(2)

@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 import yaml
-from launch import SOURCE, Launch
+from launch import SOURCE, Forked, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
@@ -161,11 +161,12 @@ class Parser(html.parser.HTMLParser):
 
 
 class Reports(Temporary):
-    def report(self, *words, environment=None):
-        result = subprocess.run([sys.executable, SOURCE / "tools/report.py", *map(str, words)], cwd=self.folder, text=True,
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, **(environment or {})})
-        self.assertEqual(result.returncode, 0, result.stdout)
-        return result.stdout
+    def report(self, *words, before=()):
+        """`before`: a command that runs this one."""
+        script = SOURCE / "tools/report.py"
+        launch = Launch([*before, sys.executable, script, *words], self.folder) if before else Forked(script, words, self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        return launch.output
 
     def run_with_picture(self, name="one"):
         folder = write(self.folder / name, *healthy())
@@ -200,7 +201,7 @@ class Reports(Temporary):
         (folder / "fields/mech.h5").write_bytes(b"")
         (self.folder / "missing").mkdir()
         (self.folder / "missing/vtk.py").write_text("raise ImportError('no VTK here')\n")
-        said = self.report(folder, environment={"PYTHONPATH": str(self.folder / "missing")})
+        said = self.report(folder, before=["env", f"PYTHONPATH={self.folder / 'missing'}"])
         self.assertIn("python3-vtk9", said)
         self.assertIn("python3-vtk9", self.page(folder / "report/report.html"))
 
@@ -257,7 +258,7 @@ class Terminals(Temporary):
 
     def test_a_terminal_gets_one_line_that_is_renewed(self):
         main, terminal = pty.openpty()
-        command = [sys.executable, SOURCE / "tools/launch.py", PISTON, "--ranks", "1", "--out", "out", "--set", "time.end=100 ms",
+        command = [sys.executable, SOURCE / "tools/check.py", "--launch", PISTON, "--ranks", "1", "--out", "out", "--set", "time.end=100 ms",
                    "--oversubscribe"]
         process = subprocess.Popen(list(map(str, command)), cwd=self.folder, stdout=terminal, stderr=terminal, stdin=terminal,
                                    env={**os.environ, "COLUMNS": "100"})
@@ -285,7 +286,9 @@ class Terminals(Temporary):
 
 class OneCommand(Temporary):
     def heartbus(self, *words):
-        return Launch([sys.executable, SOURCE / "tools/heartbus", *words], self.folder)
+        script = SOURCE / "tools/heartbus"
+        is_run = words[0] == "run"
+        return Launch([sys.executable, script, *words], self.folder) if is_run else Forked(script, words, self.folder)
 
     def succeed(self, *words):
         launch = self.heartbus(*words)

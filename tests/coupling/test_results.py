@@ -16,6 +16,8 @@ from launch import BIN, SOURCE, Launch, launch_words
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 SETTINGS = ["checkpoint.every=4 ms", "checkpoint.keep=10"]
+NO_PHYSICS = f"base: {PISTON}\nparticipants:\n" + "".join(
+    f"  {name}: {{program: stand_in, settings: {{mischief: none, step: 0, delay: 0}}}}\n" for name in ("mech", "ale", "fluid"))
 
 
 def words(*settings):
@@ -23,14 +25,27 @@ def words(*settings):
 
 
 class Results(unittest.TestCase):
+    """Of a piston; where only the coupler writes, its participants are stand-ins, which start in no time."""
+    scene = PISTON
+    piston = None  # folder of the results of a run to 16 ms
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)
         self.sets = self.folder / "out/checkpoints"
+        (self.folder / "no_physics.yaml").write_text(NO_PHYSICS)
 
-    def launch(self, *arguments, end=16, out="out", settings=(), during=None):
-        command = launch_words(PISTON, self.folder, "--out", out, *words(*SETTINGS, f"time.end={end} ms", *settings))
+    def copy_of_piston(self):
+        if not Results.piston:
+            temporary = tempfile.TemporaryDirectory()
+            unittest.addModuleCleanup(temporary.cleanup)
+            Results.piston = Path(temporary.name) / "out"
+            self.run_well(out=Results.piston)
+        shutil.copytree(Results.piston, self.folder / "out")
+
+    def launch(self, *arguments, end=16, out="out", settings=(), during=None, scene=None):
+        command = launch_words(scene or self.scene, self.folder, "--out", out, *words(*SETTINGS, f"time.end={end} ms", *settings))
         at = command.index(":")  # what follows is not checked before the launch, as by who types it
         return Launch([*command[:at], *arguments, *command[at:]], self.folder, during)
 
@@ -58,21 +73,26 @@ class Results(unittest.TestCase):
     def numbers(self, folder="out/checkpoints"):
         return sorted(path.name for path in (self.folder / folder).iterdir())
 
+
+
+class EarlyFailures(Results):
     def fails_at_the_first_step(self, *arguments):
         """A wall that cannot converge: long after the start, long before the first checkpoint."""
         return self.refused(5, [], *arguments, settings=["mechanics.solver.max_iterations=1",
                                                          "push.pressure.times=[0 ms]", "push.pressure.values=[100 kPa]"])
 
-
-class WhatEarlierRunsLeft(Results):
     def test_runs_that_fail_early_leave_all_checkpoints_where_they_are(self):
-        self.run_well()
+        self.copy_of_piston()
         before = {path: path.read_bytes() for path in self.sets.rglob("*") if path.is_file()}
-        self.refused(2, ["write field=FILE"], "--record", "typo")
-        self.refused(2, ["transfers no such field"], "--record", "nothing=x.h5")
+        self.refused(2, ["write field=FILE"], "--record", "typo", scene="no_physics.yaml")
+        self.refused(2, ["transfers no such field"], "--record", "nothing=x.h5", scene="no_physics.yaml")
         self.fails_at_the_first_step()
         self.fails_at_the_first_step("--restart", "4 ms")
         self.assertEqual(before, {path: path.read_bytes() for path in self.sets.rglob("*") if path.is_file()})
+
+
+class WhatEarlierRunsLeft(Results):
+    scene = "no_physics.yaml"
 
     def test_a_run_that_has_a_checkpoint_sets_those_of_others_aside(self):
         self.run_well()
@@ -118,7 +138,7 @@ class Manifests(Results):
         path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
 
     def test_a_manifest_that_was_changed_is_refused(self):
-        self.run_well()
+        self.copy_of_piston()
         whole = self.sets / "000080/manifest.json"
         manifest = json.loads(whole.read_text())
         self.edit("000080")  # laid out anew, it says the same
@@ -134,7 +154,7 @@ class Manifests(Results):
         self.assertIn("goes on from t = 12.0 ms", launch.output)
 
     def test_a_state_of_another_model_is_refused_with_what_differs(self):
-        self.run_well()
+        self.copy_of_piston()
         for setting, difference in [
             ("law=guccione", "mechanics.law is neo_hookean there and guccione here"),
             ("mechanics.active.model=rdq18_ann", "mechanics.active.model is none there and rdq18_ann here"),
@@ -147,6 +167,8 @@ class Manifests(Results):
 
 
 class TwoRuns(Results):
+    scene = "no_physics.yaml"
+
     def test_the_second_run_in_a_folder_is_refused_and_names_the_first(self):
         second = []
 
@@ -159,7 +181,7 @@ class TwoRuns(Results):
             second.append(self.launch(out="other name"))
             process.send_signal(signal.SIGUSR1)
 
-        self.run_well(end=1000, during=start_another)
+        self.run_well(end=1000, settings=["mech.settings.delay=0.01"], during=start_another)
         self.assertEqual(second[0].code, 8, second[0].output)
         self.assertIn("another run writes its results there, process ", second[0].output)
         self.assertIn(" on " + os.uname().nodename, second[0].output)
@@ -167,6 +189,8 @@ class TwoRuns(Results):
 
 
 class Recordings(Results):
+    scene = "no_physics.yaml"
+
     def recording(self, name="force.h5"):
         with h5py.File(self.folder / name, "r") as file:
             return {key: file[key][:] for key in ("values", "step", "time")}
@@ -181,7 +205,7 @@ class Recordings(Results):
         whole = self.recording()
         self.run_well(*record, "--restart", "8 ms")
         self.assert_same(whole, self.recording())
-        self.fails_at_the_first_step(*record, "--restart", "8 ms")
+        self.refused(5, [], *record, "--restart", "8 ms", settings=["mech.settings.mischief=fail", "mech.settings.step=41"])
         self.assert_same(whole, self.recording())  # untouched: nothing has come to be recorded
         self.run_well("--restart", "8 ms", "--record", "blood_force=late.h5")  # there is nothing to go on with
         self.assertEqual(self.recording("late.h5")["time"][0], 41 * 0.2e-3)
@@ -192,7 +216,9 @@ class Recordings(Results):
 
 
 class Readers(Results):
-    def test_fields_and_recordings_can_be_read_while_they_are_written(self):
+    WEAKER = ["output.every=2 ms", "push.pressure.values=[0 Pa, 100 Pa]"]
+
+    def test_fields_and_recordings_can_be_read_while_they_are_written_and_afterwards(self):
         seen, wrong = [], []
         stop = threading.Event()
 
@@ -216,30 +242,31 @@ class Readers(Results):
         reader = threading.Thread(target=read)
         reader.start()
         try:
-            self.run_well("--record", "blood_force=force.h5", settings=["output.every=0.2 ms"], end=40)
+            self.run_well("--record", "blood_force=force.h5", settings=["output.every=0.2 ms"])
         finally:
             stop.set()
             reader.join()
         self.assertEqual(wrong, [])
         self.assertGreater(len(set(seen)), 5)
+        self.what_a_reader_has_open_stays_as_it_was()
+        self.the_series_of_a_run_that_goes_on_is_whole()
 
-    def test_what_a_reader_has_open_stays_as_it_was(self):
-        record = ["--record", "blood_force=force.h5"]
-        self.run_well(*record, settings=["output.every=4 ms"])
+    def what_a_reader_has_open_stays_as_it_was(self):
         with h5py.File(self.folder / "out/fields/fluid.h5", "r") as fields, \
              h5py.File(self.folder / "force.h5", "r") as force:
             with h5py.File(self.folder / "out/fields/fluid.h5", "r") as now:
-                velocity, values = now["000003/velocity"][:], force["values"][:]
-            self.run_well(*record, settings=["output.every=2 ms", "push.pressure.values=[0 Pa, 100 Pa]"])
-            np.testing.assert_array_equal(fields["000003/velocity"][:], velocity)
+                self.assertAlmostEqual(now["000060"].attrs["time"], 12e-3)
+                velocity, values = now["000060/velocity"][:], force["values"][:]
+            self.run_well("--record", "blood_force=force.h5", settings=self.WEAKER)
+            np.testing.assert_array_equal(fields["000060/velocity"][:], velocity)
             np.testing.assert_array_equal(force["values"][:], values)
         with h5py.File(self.folder / "out/fields/fluid.h5", "r") as now:
+            self.assertAlmostEqual(now["000006"].attrs["time"], 12e-3)
             self.assertGreater(np.abs(now["000006/velocity"][:] - velocity).max(), 0)
 
-    def test_the_series_of_a_run_that_goes_on_is_whole(self):
-        self.run_well(settings=["output.every=2 ms"])
+    def the_series_of_a_run_that_goes_on_is_whole(self):
         whole = (self.folder / "out/fields/mech.xdmf").read_text().count("<Time")
-        self.run_well("--restart", "8 ms", settings=["output.every=2 ms"])
+        self.run_well("--restart", "8 ms", settings=self.WEAKER)
         with h5py.File(self.folder / "out/fields/mech.h5", "r") as file:
             times = [file[name].attrs["time"] for name in file if name != "mesh"]
         np.testing.assert_allclose(times, np.arange(0, 17, 2) * 1e-3, atol=1e-12)
@@ -274,7 +301,7 @@ class FullDisks(Results):
 
     def test_a_disk_that_fills_up_with_a_recording_ends_the_run(self):
         self.small_disk(200)
-        self.expect_end(self.launch("--record", "mesh_motion=disk/motion.h5", end=400))
+        self.expect_end(self.launch("--record", "mesh_motion=disk/motion.h5", end=400, scene="no_physics.yaml"))
 
 
 if __name__ == "__main__":

@@ -13,9 +13,11 @@ import time
 import unittest
 from pathlib import Path
 
-from launch import BIN, SOURCE, Launch, children, wait_for
+import h5py
+from launch import BIN, SOURCE, Launch, children, main_side_by_side, wait_for
 
 LAUNCH = [sys.executable, SOURCE / "tools/launch.py"]
+WITHOUT_REPORT = [sys.executable, SOURCE / "tools/check.py", "--launch"]
 HOST = socket.gethostname()
 SMALL = """
 scene: small
@@ -26,6 +28,8 @@ geometry: {mesh: MXS}
 electrophysiology: {refinements: 1}
 output: {every: 0 ms}
 """
+STAND_IN = "{program: stand_in, ranks: %d, settings: {mischief: none, step: 0, delay: 0.002}}"
+NO_PHYSICS = SMALL.replace("{ranks: 2}", STAND_IN % 2)  # the same in no time
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 
 
@@ -35,18 +39,21 @@ def mpirun_of(launcher):
 
 
 class Case(unittest.TestCase):
+    text = NO_PHYSICS
+    command = LAUNCH
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)
-        (self.folder / "scene.yaml").write_text(SMALL)
+        (self.folder / "scene.yaml").write_text(self.text)
         self.history = self.folder / "results/small/history.csv"
 
     def is_running(self):
         return self.history.exists() and self.history.read_text().count("\n") > 5
 
     def launch(self, *words, during=None):
-        return Launch([*LAUNCH, *words], self.folder, during)
+        return Launch([*self.command, *words], self.folder, during)
 
     def meanwhile(self, action, *words, scene="scene.yaml"):
         """A run, and what is done to it once it is under way."""
@@ -68,6 +75,8 @@ class Case(unittest.TestCase):
 
 
 class Words(Case):
+    text = SMALL
+
     def installation(self):
         """As another user has it: nothing in it may be written, nothing is to be built."""
         root = self.folder / "installation"
@@ -214,10 +223,10 @@ class Deaths(Case):
         self.assertEqual(launch.orphans, [])
 
     def test_a_rank_that_is_stopped_at_the_start_is_named(self):
-        program = self.folder / "ep_solver"
-        program.write_text(f"#!/bin/sh\n[ $OMPI_COMM_WORLD_RANK = 1 ] || kill -STOP $$\nexec {BIN}/ep_solver \"$@\"\n")
+        program = self.folder / "stand_in"
+        program.write_text(f"#!/bin/sh\n[ $OMPI_COMM_WORLD_RANK = 1 ] || kill -STOP $$\nexec {BIN}/stand_in \"$@\"\n")
         program.chmod(0o755)
-        launch = self.launch("scene.yaml", "--set", "participants.ep.program=./ep_solver", *self.SOON)
+        launch = self.launch("scene.yaml", "--set", "participants.ep.program=./stand_in", *self.SOON)
         self.assert_causes(launch, 7, r"waited 6 s \(the deadline\) for all programs to meet",
                            r"ep \(rank 1\), process \d+, has been stopped since ")
         self.assertLess(launch.seconds, 20)
@@ -243,9 +252,12 @@ class Deaths(Case):
         self.assert_causes(launch, 7, rf"{name} is busy with|{name} does not take ", rf"{name}, process \d+, has been stopped")
 
     def test_a_participant_that_is_stopped_is_blamed_whoever_waits_for_whom(self):
-        for name in ("mech", "ale", "fluid"):
+        names = ("mech", "ale", "fluid")
+        (self.folder / "piston.yaml").write_text(
+            f"base: {PISTON}\nparticipants:\n" + "".join(f"  {name}: {STAND_IN % 1}\n" for name in names))
+        for name in names:
             with self.subTest(name):
-                self.assert_stopped(self.stop(name, PISTON, "--set", "time.end=20 s"), name)
+                self.assert_stopped(self.stop(name, "piston.yaml", "--set", "time.end=20 s"), name)
 
     def test_so_is_a_monolithic_solver(self):
         (self.folder / "monolithic.yaml").write_text(f"base: {PISTON}\ncoupling: {{scheme: E1FSinf}}\n"
@@ -253,17 +265,24 @@ class Deaths(Case):
         self.assert_stopped(self.stop("fsi", "monolithic.yaml", "--set", "time.end=20 s"), "fsi")
 
     def test_so_is_a_replay(self):
-        (self.folder / "ventricle.yaml").write_text(f"base: {SOURCE}/tests/regression/small_heartbeat.yaml\n"
-                                                    "coupling: {scheme: one_way}\n"
-                                                    "participants: {ep: {ranks: 1}, mech: {ranks: 1}, ale: , fluid: }\n")
-        beat = ["--set", "time.end=200 ms"]
-        launch = self.launch("ventricle.yaml", "--out", "recorded", "--record", "calcium=calcium.h5", *beat)
+        (self.folder / "ventricle.yaml").write_text(
+            f"base: {SOURCE}/tests/regression/small_heartbeat.yaml\ncoupling: {{scheme: one_way}}\n"
+            f"participants: {{ep: {STAND_IN % 1}, mech: {STAND_IN % 1}, ale: , fluid: }}\n")
+        launch = self.launch("ventricle.yaml", "--out", "recorded", "--record", "calcium=calcium.h5", "--set", "time.end=0.4 ms",
+                             "--ranks", "1")
         self.assertEqual(launch.code, 0, launch.output)
-        self.assert_stopped(self.stop("ep", "ventricle.yaml", "--set", "participants.ep.program=replay", "--set",
-                                      f"participants.ep.settings.file={self.folder}/calcium.h5", *beat), "ep")
+        with h5py.File(self.folder / "calcium.h5", "r+") as file:  # its last value, held
+            for name, late in (("values", file["values"][1]), ("step", 100000), ("time", 20.)):
+                file[name].resize(3, axis=0)
+                file[name][2] = late
+        (self.folder / "replayed.yaml").write_text(
+            (self.folder / "ventricle.yaml").read_text().replace(STAND_IN % 1, "{program: replay, settings: {file: calcium.h5}}", 1))
+        self.assert_stopped(self.stop("ep", "replayed.yaml", "--set", "time.end=20 s"), "ep")
 
 
 class Signals(Case):
+    command = WITHOUT_REPORT
+
     def assert_saved(self, launch):
         self.assertEqual(launch.code, 0, launch.output)
         self.assertIn("stopped on request", launch.output)
@@ -336,4 +355,4 @@ class Signals(Case):
 
 
 if __name__ == "__main__":
-    unittest.main(verbosity=2)
+    main_side_by_side(3)

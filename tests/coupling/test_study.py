@@ -9,7 +9,7 @@ import time
 import unittest
 from pathlib import Path
 
-from launch import SOURCE, Launch
+from launch import SOURCE, Forked, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
@@ -40,17 +40,18 @@ reference: E1FSinf
 figures:
   losses: {{kind: against, x: alpha, y: [max_V, error_p], by: scheme, log: [x, y], fit: true}}
 """
+STAND_IN = "{program: stand_in, ranks: 1, settings: {mischief: none, step: 0, delay: 0}}"
 UNSTABLE = "  unstable: {alpha: 60000 kg/(m^2 s), from: {run: EFS1_a5000, time: 8 ms}}\n"
 BORDER = f"""
 base: {PISTON}
 settings: {{push.pressure.times: "[0 ms, 0.2 ms]", push.pressure.values: "[0 Pa, 0.01 Pa]", steps: 200}}
 vary:
   scheme: {{EFS1: {{scheme: EFS1}}}}
-border: {{key: alpha, unit: kg/(m^2 s), values: [22000, 28000], precision: 0.03, column: volume_defect, closed_form: piston}}
+border: {{key: alpha, unit: kg/(m^2 s), values: [23500, 26500], precision: 0.03, column: volume_defect, closed_form: piston}}
 """
 
 
-class Studies(unittest.TestCase):
+class Folder(unittest.TestCase):
     def setUp(self):
         temporary = tempfile.TemporaryDirectory()
         self.addCleanup(temporary.cleanup)
@@ -62,8 +63,11 @@ class Studies(unittest.TestCase):
     def command(self, what="run", *arguments):
         return ["/usr/bin/python3", SOURCE / "tools/study.py", what, "losses.yaml", "--out", "out", *arguments]
 
-    def study(self, *arguments, during=None):
-        return Launch(self.command(*arguments), self.folder, during)
+    def study(self, *arguments):
+        return Forked(SOURCE / "tools/study.py", self.command(*arguments)[2:], self.folder)
+
+    def stopped(self, during):
+        return Launch(self.command(), self.folder, during)
 
     def table(self):
         with open(self.folder / "out/losses/table.csv", newline="") as file:
@@ -73,23 +77,86 @@ class Studies(unittest.TestCase):
         """When each finished run was."""
         return {note.parent.name: note.stat().st_mtime_ns for note in (self.folder / "out/runs").glob("*/run.json")}
 
-    def test_what_is_done_is_not_done_again(self):
+
+class Life(Folder):
+    """One study, begun and ended in every way: what a stage has finished the next ones find."""
+
+    def test_nothing_finished_is_lost_or_done_again(self):
         self.write(STUDY)
-        launch = self.study()
+        self.is_interrupted()
+        self.is_killed()
+        self.goes_on_with_a_run_that_fails()
+        self.is_completed()
+        self.is_not_done_again()
+        self.is_asked_for_advice()
+
+    def is_interrupted(self):
+        def interrupt(process):
+            time.sleep(2)
+            process.send_signal(signal.SIGINT)
+
+        launch = self.stopped(interrupt)
+        self.assertEqual(launch.code, 1, launch.output)
+        self.assertIn("interrupted by SIGINT", launch.output)
+        self.assertIn("missing: E1FSinf", launch.output)
+        self.assertEqual(launch.orphans, [])
+
+    def is_killed(self):
+        before = self.finished()
+
+        def kill(process):
+            deadline = time.monotonic() + 60
+            while len(self.finished()) == len(before) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            process.send_signal(signal.SIGKILL)
+
+        launch = self.stopped(kill)
+        self.assertEqual(launch.code, -signal.SIGKILL)
+        self.assertGreater(len(self.finished()), len(before))
+        self.assertLess(len(self.finished()), 5)
+        self.kept = self.finished()
+
+    def goes_on_with_a_run_that_fails(self):
+        """Only that and what it starts from: the reference stays missing."""
+        self.write(STUDY.replace("reference:", UNSTABLE + "reference:"))
+        launch = self.study("run", "--only", "unstable", "EFS1_a5000")
+        self.assertEqual(launch.code, 1, launch.output)
+        row = self.table()["unstable"]
+        self.assertEqual(row["state"], "failed")
+        self.assertRegex(row["reason"], "exit code 5: fluid.*the coupling is unstable")
+        self.assertEqual(self.table()["EFS1_a5000"]["state"], "done")
+        self.assertEqual(self.table()["E1FSinf"]["state"], "missing")
+        self.assertEqual(launch.output.count("reference 'E1FSinf' is missing"), 1, launch.output)
+        launch = self.study("advise", "--tolerance", "p=100%")
+        self.assertEqual(launch.code, 2, launch.output)
+        self.assertRegex(launch.output, "^error: losses: the reference 'E1FSinf' is missing.*--only E1FSinf\n$")
+        self.assertIn("0 to be computed", self.study("run", "--only", "unstable").output)
+        self.assertIn("1 to be computed", self.study("run", "--only", "unstable", "--retry").output)
+
+    def is_completed(self):
+        self.write(STUDY)
+        launch = Launch(self.command(), self.folder)
         self.assertEqual(launch.code, 0, launch.output)
+        self.assertEqual(self.kept, {key: self.finished()[key] for key in self.kept})
+        self.assertTrue(all(row["state"] == "done" for row in self.table().values()))
+        self.assertEqual(launch.orphans, [])
         self.assertTrue((self.folder / "out/losses/losses.png").exists())
-        table, finished = self.table(), self.finished()
-        self.assertEqual(len(finished), 5)
         # twice alpha, half the loss; two iterations lose less
+        table = self.table()
+        self.assertEqual(len(table), 5)
         self.assertAlmostEqual(float(table["EFS1_a2500"]["max_V"]) / float(table["EFS1_a5000"]["max_V"]), 2, delta=0.1)
         self.assertLess(float(table["E1FS2_a5000"]["max_V"]), 0.5 * float(table["EFS1_a5000"]["max_V"]))
 
+    def is_not_done_again(self):
+        table, finished = self.table(), self.finished()
         launch = self.study()
         self.assertEqual(launch.code, 0, launch.output)
         self.assertIn("0 to be computed", launch.output)
         self.assertEqual(finished, self.finished())
         self.assertEqual(table, self.table())
 
+    def is_asked_for_advice(self):
+        table = self.table()
         launch = self.study("pareto")  # of the errors that there are: nothing is ejected
         self.assertEqual(launch.code, 0, launch.output)
         self.assertTrue((self.folder / "out/losses/pareto_p.pdf").exists())
@@ -111,55 +178,8 @@ class Studies(unittest.TestCase):
         self.assertRegex(launch.output, r"E1?FS\d_a\d+: .* CPU s")
         Launch([Path(os.environ["HEARTBUS_BIN"]) / "coupler", "out/losses/advised.yaml", "--validate"], self.folder)
 
-    def test_a_killed_study_goes_on(self):
-        self.write(STUDY)
 
-        def kill(process):
-            deadline = time.monotonic() + 60
-            while not self.finished() and time.monotonic() < deadline:
-                time.sleep(0.02)
-            process.send_signal(signal.SIGKILL)
-
-        launch = self.study(during=kill)
-        self.assertEqual(launch.code, -signal.SIGKILL)
-        before = self.finished()
-        self.assertGreater(len(before), 0)
-        self.assertLess(len(before), 5)
-        launch = self.study()
-        self.assertEqual(launch.code, 0, launch.output)
-        self.assertEqual(before, {key: self.finished()[key] for key in before})
-        self.assertTrue(all(row["state"] == "done" for row in self.table().values()))
-        self.assertEqual(launch.orphans, [])
-
-    def test_an_interrupted_study_says_what_is_missing_and_leaves_nobody_behind(self):
-        self.write(STUDY)
-
-        def interrupt(process):
-            time.sleep(2)
-            process.send_signal(signal.SIGINT)
-
-        launch = self.study(during=interrupt)
-        self.assertEqual(launch.code, 1, launch.output)
-        self.assertIn("interrupted by SIGINT", launch.output)
-        self.assertIn("missing: E1FSinf", launch.output)
-        self.assertEqual(launch.orphans, [])
-
-    def test_a_run_that_fails_is_kept_with_its_reason(self):
-        self.write(STUDY.replace("reference:", UNSTABLE + "reference:"))
-        launch = self.study("run", "--only", "unstable", "EFS1_a5000")
-        self.assertEqual(launch.code, 1, launch.output)
-        row = self.table()["unstable"]
-        self.assertEqual(row["state"], "failed")
-        self.assertRegex(row["reason"], "exit code 5: fluid.*the coupling is unstable")
-        self.assertEqual(self.table()["EFS1_a5000"]["state"], "done")
-        self.assertEqual(self.table()["E1FSinf"]["state"], "missing")
-        self.assertEqual(launch.output.count("reference 'E1FSinf' is missing"), 1, launch.output)
-        launch = self.study("advise", "--tolerance", "p=100%")
-        self.assertEqual(launch.code, 2, launch.output)
-        self.assertRegex(launch.output, "^error: losses: the reference 'E1FSinf' is missing.*--only E1FSinf\n$")
-        self.assertIn("0 to be computed", self.study("run", "--only", "unstable").output)
-        self.assertIn("1 to be computed", self.study("run", "--only", "unstable", "--retry").output)
-
+class Studies(Folder):
     def test_mistakes_in_a_study_are_named(self):
         for wrong, right, message in (("refrence:", "reference:", "'refrence' is unknown; 'reference' is meant"),
                                       ("alhpa: 2500", "alpha: 2500", "a2500: key 'alhpa' is unknown; 'alpha' is meant"),
@@ -196,14 +216,15 @@ class Studies(unittest.TestCase):
         self.assertGreater(float(rows["tolerances_coarser"]["error_V"]), 0)
         self.assertRegex(launch.output, "Refine next: .*; finer than needed: ")
         self.assertTrue((self.folder / "out/budget_efs1/budget.png").exists())
-        self.assertIn("0 to be computed", Launch(command, self.folder).output)
-        launch = Launch([*command[:6], "--of", "EFF"], self.folder)
+        self.assertIn("0 to be computed", Forked(command[1], command[2:], self.folder).output)
+        launch = Forked(command[1], [*command[2:6], "--of", "EFF"], self.folder)
         self.assertEqual((launch.code, launch.output.count("\n")), (2, 1), launch.output)
 
     def test_one_calcium_serves_all_steps_and_is_paid_for(self):
         self.write(f"""
 base: {SOURCE}/tests/regression/small_heartbeat.yaml
-settings: {{time.end: 1.6 ms, stimulus.duration: 1 ms}}
+settings: {{time.end: 1.6 ms, stimulus.duration: 1 ms, electrophysiology.refinements: 0,
+           participants: {{ep: {{ranks: 1}}, mech: {{ranks: 1}}, ale: {STAND_IN}, fluid: {STAND_IN}}}}}
 calcium: {{time.step: 0.4 ms, electrophysiology.substeps: 4}}
 vary: {{step: {{dt0.8: {{time.step: 0.8 ms}}, dt0.2: {{time.step: 0.2 ms}}}}}}
 reference: dt0.2

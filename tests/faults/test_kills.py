@@ -13,6 +13,11 @@ from launch import Launch, launch_words, wait_for
 from trial import is_json
 
 # Saves at each step at which it may, every twentieth.
+SCENE = f"""
+base: {PISTON}
+participants:  # two have a state to save
+  ale: {{program: stand_in, settings: {{mischief: none, step: 0, delay: 0}}}}
+"""
 SETTINGS = ["checkpoint.every=4 ms", "checkpoint.keep=2"]
 N_KILLS = 20
 
@@ -23,10 +28,11 @@ class Kills(unittest.TestCase):
         self.addCleanup(temporary.cleanup)
         self.folder = Path(temporary.name)
         self.sets = self.folder / "out/checkpoints"
+        (self.folder / "scene.yaml").write_text(SCENE)
 
     def launch(self, *words, end, during=None):
         settings = settings_words([*SETTINGS, f"time.end={end} ms"])
-        return Launch(launch_words(PISTON, self.folder, "--out", "out", *settings, *words), self.folder, during)
+        return Launch(launch_words("scene.yaml", self.folder, "--out", "out", *settings, *words), self.folder, during)
 
     def times(self):
         return [json.loads(path.read_text())["time"] for path in self.sets.glob("*/manifest.json") if is_json(path)]

@@ -143,11 +143,11 @@ TEST(TTP06, ManyNodesAtOnceAgreeWithTheSingleCell) {
       const auto model = ep::make_ionic_model(name);
       const ep::CellState start = model->initial_state("published");
       auto states = model->uniform_states(n_nodes, start.states);
-      std::vector<double> v(n_nodes), i_ion(n_nodes), calcium(n_nodes);
+      std::vector<double> v(n_nodes), i_ion(n_nodes), error(n_nodes), calcium(n_nodes);
       for (unsigned node = 0; node < n_nodes; ++node)
         v[node] = -0.1 + 0.005 * node; // -100 to 30 mV, -40 and 15 mV among them
       for (int n = 0; n < 3; ++n)
-        model->step(integrator, n_nodes, v.data(), states.data(), states.data(), 2e-4, i_ion.data());
+        model->step(integrator, n_nodes, v.data(), states.data(), states.data(), 2e-4, i_ion.data(), error.data());
       model->get_calcium(n_nodes, states, calcium.data());
       for (unsigned node = 0; node < n_nodes; ++node) {
         ep::CellState cell = start;
@@ -160,21 +160,22 @@ TEST(TTP06, ManyNodesAtOnceAgreeWithTheSingleCell) {
     }
 }
 
-/// The estimate is the difference of subspace calcium from its extrapolation, over 1 mM, of the worst cell.
-TEST(TTP06, StepReportsItsLargestDifferenceFromExtrapolation) {
+/// The estimate is the difference of subspace calcium from its extrapolation, over 1 mM.
+TEST(TTP06, StepReportsItsDifferenceFromExtrapolation) {
   using ep::ttp06::Ca_ss;
   const unsigned n_nodes = 9, rate = Ca_ss + ep::ttp06::n_concentrations;
   const auto model = ep::make_ionic_model("ttp06_epi");
-  std::vector<double> v(n_nodes, -0.085), i_ion(n_nodes);
+  std::vector<double> v(n_nodes, -0.085), i_ion(n_nodes), error(n_nodes);
   v[6] = 0.01;
   auto states = model->uniform_states(n_nodes, model->initial_state("published").states);
   const auto value = [&](unsigned s) { return states[6 / fem::n_lanes * model->n_kept() + s][6 % fem::n_lanes]; };
   for (int n = 0; n < 5; ++n) {
     const double extrapolated = value(Ca_ss) + 0.2 * value(rate);
-    const double estimate = model->step(ep::Integrator::exponential_midpoint, n_nodes, v.data(), states.data(),
-                                        states.data(), 2e-4, i_ion.data());
-    EXPECT_NEAR(estimate, std::abs(value(Ca_ss) - extrapolated), 1e-12);
-    EXPECT_GT(estimate, 1e-6);
+    model->step(ep::Integrator::exponential_midpoint, n_nodes, v.data(), states.data(), states.data(), 2e-4,
+                i_ion.data(), error.data());
+    EXPECT_NEAR(error[6], std::abs(value(Ca_ss) - extrapolated), 1e-12);
+    EXPECT_GT(error[6], 1e-6);
+    EXPECT_LT(error[5], 0.1 * error[6]);
   }
 }
 
