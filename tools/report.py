@@ -3,7 +3,7 @@
 
     tools/report.py results/ideal_lv_efs1                              # in results/ideal_lv_efs1/report/
     tools/report.py results/efs1 results/e1fs2 --out comparison
-    tools/report.py results/ideal_lv_efs1 --charts                     # without pictures and films of the fields
+    tools/report.py results/ideal_lv_efs1 --charts                     # quickly: charts in the page only
 """
 import argparse
 import subprocess
@@ -25,13 +25,13 @@ except ImportError as error:
 PICTURES = Path(__file__).parent / "pictures.py"
 
 
-def draw(runs, folder):
-    """The charts that these runs allow, in all formats: {title: SVG}."""
+def draw(runs, folder, formats):
+    """The charts that these runs allow: {title: SVG}."""
     drawn = {}
     for name, title, chart in charts.ALL:
         figure = chart(runs)
         if figure:
-            drawn[title] = style.save(figure, folder / name)
+            drawn[title] = style.save(figure, folder / name, formats)
             style.plt.close(figure)
     return drawn
 
@@ -67,7 +67,7 @@ def defaults():
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folders", nargs="+", metavar="RUN", help="results folder of a run")
-    parser.add_argument("--charts", action="store_true", help="without pictures and films of the fields, which take a minute")
+    parser.add_argument("--charts", action="store_true", help="as SVG only, without pictures and films of the fields, which take a minute")
     parser.add_argument("--out", type=Path, help="default: RUN/report; of several runs: comparison")
     options = parser.parse_args()
     try:
@@ -76,8 +76,8 @@ def main():
         sys.exit(f"error: {error.filename}: {error.strerror}: is this the folder of a finished run?")
     out = options.out or (runs[0].folder / "report" if len(runs) == 1 else Path("comparison"))
     out.mkdir(parents=True, exist_ok=True)
-    drawn = draw(runs, out)
-    missing = "Pictures and films of the fields: tools/heartbus report, without --charts." if options.charts else render(runs)
+    drawn = draw(runs, out, ("svg",) if options.charts else style.FORMATS)
+    missing = "Pictures, films, charts as PNG and PDF: tools/heartbus report, without --charts." if options.charts else render(runs)
     (out / "report.html").write_text(page(runs, drawn, defaults(), missing))
     print(out / "report.html")
     if missing and not options.charts:

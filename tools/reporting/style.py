@@ -58,9 +58,9 @@ def pretty(unit):
     return re.sub(r"\^(-?\d+)", lambda found: found[1].translate(POWERS), unit)
 
 
-def save(figure, stem):
-    """In all formats, with all that lies around the axes; returns the text of the SVG."""
-    for ending in FORMATS:
+def save(figure, stem, formats=FORMATS):
+    """In these formats, with all that lies around the axes; returns the text of the SVG."""
+    for ending in formats:
         is_svg = ending == "svg"
         figure.savefig(Path(f"{stem}.{ending}"), bbox_inches="tight", pad_inches=0.05, transparent=is_svg,
                        metadata={"Date": None} if is_svg else None)
