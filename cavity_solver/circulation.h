@@ -21,9 +21,10 @@ struct CavityAnswer {
 
 /// One pressure in the whole ventricle and the flows through its valves, by implicit Euler:
 ///
-///     V(p) = V^n + dt (Q_mitral - Q_aortic),    Q_mitral = max(0, p_atrium - p) / R_mitral,
-///     Q_aortic = max(0, p - p_art) / R_aortic,  C (p_art - p_art^n) / dt = Q_aortic - (p_art - p_venous) /
-///     R_peripheral.
+///     V(p) = V^n + dt (Q_mitral - Q_aortic),
+///     Q_mitral = max(0, p_atrium - p) / R_mitral,
+///     Q_aortic = max(0, p - p_art) / R_aortic,
+///     C (p_art - p_art^n) / dt = Q_aortic - (p_art - p_venous) / R_peripheral.
 ///
 /// All of it is solved at once with the cavity's answer, so that no volume is lost and no valve chatters. Both sides
 /// are piecewise linear in p and the difference grows with p: there is one solution, on one of four pieces.

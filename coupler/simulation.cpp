@@ -6,6 +6,7 @@
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/provenance.h"
+#include "coupler/sequence/passes.h"
 #include "coupler/step_log.h"
 #include "coupler/trace_file.h"
 
@@ -84,7 +85,7 @@ Simulation::~Simulation() {
 
 void Simulation::run() {
   const Sequence sequence = meet_participants();
-  SequenceRunner runner(coordinator_, sequence, scene_.coupling.lookahead);
+  SequenceRunner runner(coordinator_, sequence);
   record(runner);
   make_columns();
   const TimeControl time(scene_.time);
@@ -211,13 +212,21 @@ Sequence Simulation::meet_participants() {
   std::map<std::string, bus::Coordinator::Expected> expected;
   for (const auto &[name, participant] : scene_.participants)
     expected[name] = {program_name(participant.program), participant.ranks, participant.settings};
+  for (const auto &[name, texts] : interface_settings(scene_))
+    if (const auto who = expected.find(name); who != expected.end())
+      who->second.coupling = texts;
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
-  const Sequence sequence = cast(make_sequence(scene_.coupling), coordinator_.participants());
-  check(sequence, coordinator_.participants());
+  const auto &participants = coordinator_.participants();
+  Sequence sequence = cast(make_sequence(scene_.coupling), participants);
+  if (scene_.coupling.lookahead > 0)
+    sequence = ordered_ahead(sequence, scene_.coupling.lookahead);
+  check(sequence, participants);
   write_file(folder_ + "/scene.resolved.yaml", text);
   write_file(folder_ + "/provenance.json", provenance(folder_));
-  log_->info("{}: {}", scene_.name, to_text(sequence));
+  log_->info("{}: a step of {} is{}", scene_.name, sequence.name,
+             to_lines(cast(scheme(scene_.coupling), participants).step));
+  log_->info("as it is done: {}", to_text(sequence));
   return sequence;
 }
 

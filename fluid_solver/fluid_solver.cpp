@@ -8,17 +8,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <spdlog/fmt/fmt.h>
 
 namespace heartbus::fluid {
 
 using fem::Vector;
 
-FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt,
-                         std::shared_ptr<spdlog::logger> log)
-    : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, alpha, dt), dt_(dt),
-      mesh_motion_(3 * space.n_owned_nodes()), watch_(dt) {
+FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters,
+                         const interface::BloodSettings &settings, double dt, std::shared_ptr<spdlog::logger> log)
+    : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, settings.alpha, dt),
+      dt_(dt), side_(space, settings, dt), mesh_motion_(3 * space.n_owned_nodes()) {
   if (space.has_label("mitral") != space.has_label("aortic"))
     throw Failure(ExitCode::scene,
                   "the fluid mesh has one valve; it needs both boundaries 'mitral' and 'aortic' or none");
@@ -31,31 +30,10 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
     inlet_ = &problem_.add_orifice(parameters.inlet.label, 0, 0);
     inlet_->open = true;
   }
-  const auto on = space.nodes_on("interface");
-  for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
-    if (on[node])
-      interface_nodes_.push_back(node);
-  wall_velocity_.resize(3 * interface_nodes_.size());
-  wall_force_ = blood_force_ = held_ = wall_velocity_;
-}
-
-void FluidSolver::couple(const CouplingParameters &coupling) {
-  if (coupling.scheme == "one_way") {
+  if (settings.condition == interface::BloodSettings::Condition::motion) {
     problem_.follow_motion();
     require_opening();
-    return;
   }
-  coupling_ = coupling;
-  for (auto *datum : {&wall_velocity_, &wall_force_}) // until they come
-    datum->assign(datum->size(), std::numeric_limits<double>::quiet_NaN());
-  if (coupling.automatic_alpha)
-    problem_.set_alpha(0); // until it is known
-  alpha_limit_.resize(interface_nodes_.size());
-  pressure_correction_ = alpha_limit_;
-  blood_velocity_.resize(3 * interface_nodes_.size());
-  probe_force_ = probe_velocity_ = unit_pressure_force_ = blood_velocity_;
-  if (coupling.acceleration == "anderson")
-    problem_.accelerate();
 }
 
 /// Where all of the boundary moves as prescribed the blood has nowhere to go, and its pressure is anybody's guess.
@@ -68,23 +46,8 @@ void FluidSolver::require_opening() const {
   for (const auto &label : space_.labels())
     if (std::find(moved.begin(), moved.end(), label) == moved.end())
       return;
-  throw Failure(ExitCode::scene, "fluid: in the scheme one_way the blood follows a prescribed motion, but all of its "
-                                 "boundary is 'interface', 'no_slip' or 'slip': it needs an opening");
-}
-
-/// Blood without its Robin datum would be left to itself, at no pressure.
-void FluidSolver::require_wall() {
-  if (!coupling_ || has_wall_)
-    return;
-  const auto is_missing = [](const std::vector<double> &datum) {
-    return std::any_of(datum.begin(), datum.end(), [](double value) { return std::isnan(value); });
-  };
-  const int missing = is_missing(wall_velocity_) || is_missing(wall_force_);
-  if (dealii::Utilities::MPI::max(missing, space_.communicator()))
-    throw Failure(ExitCode::scene, "the blood needs 'wall_velocity' and 'wall_force' on the interface, which nobody sends: "
-                                   "let 'mech' take part, or write 'coupling: {scheme: one_way}' for blood in a "
-                                   "prescribed motion");
-  has_wall_ = true;
+  throw Failure(ExitCode::scene, "fluid: the blood follows a prescribed motion, but all of its boundary is "
+                                 "'interface', 'no_slip' or 'slip': it needs an opening");
 }
 
 void FluidSolver::write_fields(const std::string &folder, const OutputParameters &output) {
@@ -96,19 +59,14 @@ void FluidSolver::write_fields(const std::string &folder, const OutputParameters
 void FluidSolver::declare(bus::Declaration &bus) {
   const double spacing = space_.smallest_cell_size();
   bus.point_set("cavity", fem::owned_points(space_), spacing);
-  bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+  bus.point_set("interface", side_.nodes().points(), spacing);
   fem::declare_faces(space_, "interface", bus);
   bus.input("mesh_motion", "cavity", 3, "m", mesh_motion_);
-  bus.input("held", "interface", 3, "1", held_);
-  if (!problem_.follows_motion()) {
-    bus.input("wall_velocity", "interface", 3, "m/s", wall_velocity_);
-    bus.input("wall_force", "interface", 3, "N", wall_force_);
-  }
-  bus.output("blood_force", "interface", 3, "N", "n+1", blood_force_);
-  bus.task("hold", [this](const bus::Step &) { hold(); });
+  side_.declare_data(bus);
+  bus.task("hold", [this](const bus::Step &) { problem_.hold(side_.held()); });
   bus.task("start", [this](const bus::Step &) { start(); });
   if (!problem_.follows_motion())
-    bus.task("budget", [this](const bus::Step &) { budget(on_interface(wall_velocity_)); });
+    bus.task("budget", [this](const bus::Step &) { budget(side_.wall_velocity()); });
   bus.scalar("volume", "m^3", [this] { return problem_.volume(); });
   bus.scalar("mean_pressure", "Pa", [this] { return problem_.mean_pressure(); });
   if (valves_) {
@@ -123,32 +81,37 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.scalar("volume_defect", "m^3/s", [this] { return budget_.volume_defect; });
   bus.scalar("interface_power", "W", [this] { return budget_.power; });
   bus.scalar("disagreement", "Pa", [this] { return budget_.disagreement; });
-  if (coupling_)
-    declare_coupling(bus);
-}
-
-void FluidSolver::declare_coupling(bus::Declaration &bus) {
-  bus.input("alpha_limit", "interface", 1, "kg/(m^2 s)", alpha_limit_);
-  bus.input("probe_force", "interface", 3, "N", probe_force_);
-  bus.output("probe_velocity", "interface", 3, "m/s", "n", probe_velocity_);
-  bus.task("probe", [this](const bus::Step &step) { probe(step); });
+  if (!side_.is_robin())
+    return;
   bus.scalar("alpha", "kg/(m^2 s)", [this] { return problem_.alpha(); });
   bus.scalar("coupling_iterations", "1", [this] { return double(coupling_iterations_); });
   bus.scalar("datum_residual", "1", [this] { return budget_.datum_residual; });
   bus.scalar("volume_loss", "1", [this] { return std::abs(budget_.volume_defect) * dt_ / problem_.volume(); });
   bus.scalar("isovolumetric", "1", [this] { return isovolumetric() ? 1. : 0.; });
-  if (coupling_->scheme == "EFS1-corrected") {
-    bus.output("blood_velocity", "interface", 3, "m/s", "n+1", blood_velocity_);
-    bus.output("unit_pressure_force", "interface", 3, "m^2", "n+1", unit_pressure_force_);
-    bus.input("pressure_correction", "interface", 1, "Pa", pressure_correction_);
-    bus.task("correct", [this](const bus::Step &) { correct(); });
-  }
+  side_.declare_more(bus);
+  declare_tasks(bus);
+}
+
+void FluidSolver::declare_tasks(bus::Declaration &bus) {
+  bus.task("follow_limit", [this](const bus::Step &) { problem_.set_alpha(side_.followed_alpha()); });
+  bus.task("begin_probe", [this](const bus::Step &) { begin_probe(); });
+  bus.task("probe", [this](const bus::Step &) { probe(); });
+  bus.task("accelerate", [this](const bus::Step &step) {
+    problem_.accelerate(side_.wall_velocity(), side_.wall_force(), step.iteration);
+  });
+  bus.task("begin_correction",
+           [this](const bus::Step &) { side_.give_for_correction(problem_.state(), problem_.unit_pressure_force()); });
+  bus.task("correct", [this](const bus::Step &) { problem_.add_pressure(side_.pressure_correction()); });
+}
+
+Vector FluidSolver::mesh_motion() const {
+  Vector motion = space_.make_vector(3);
+  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
+  return motion;
 }
 
 void FluidSolver::start() {
-  Vector motion = space_.make_vector(3);
-  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
-  problem_.start(motion);
+  problem_.start(mesh_motion());
   if (valves_) {
     at_mitral_ = at(*mitral_, -1);
     at_aortic_ = at(*aortic_, 1);
@@ -158,51 +121,30 @@ void FluidSolver::start() {
     write(0);
 }
 
-void FluidSolver::hold() { problem_.hold(on_interface(held_)); }
-
-/// The same value at all nodes of the interface, of which this rank may have none.
-double FluidSolver::uniform_value(const std::vector<double> &values) const {
-  const bool here = !values.empty();
-  const double none = std::numeric_limits<double>::lowest();
-  return dealii::Utilities::MPI::max(here ? values[0] : none, space_.communicator());
-}
-
-/// Eight tenths of the limit, which falls by up to 15 % until the next estimate when the ventricle begins to contract.
-void FluidSolver::choose_alpha() {
-  if (coupling_ && coupling_->automatic_alpha)
-    problem_.set_alpha(0.8 * uniform_value(alpha_limit_));
-}
-
 void FluidSolver::begin_probe() {
   Parameters parameters = parameters_;
   parameters.initial_pressure = 0;
   parameters.tolerance = std::max(parameters.tolerance, 1e-4);
   blood_at_rest_ = std::make_unique<NavierStokesProblem>(space_, parameters, 0, dt_);
-  blood_at_rest_->hold(on_interface(held_));
-  if (!coupling_->repeats())
+  blood_at_rest_->hold(side_.held());
+  if (side_.settings.alternation == interface::Alternation::steps)
     blood_at_rest_->take_alternating_motion();
   if (valves_) {
     blood_at_rest_->add_orifice("mitral", 0, mitral_->resistance).open = mitral_->open;
     blood_at_rest_->add_orifice("aortic", 0, aortic_->resistance).open = aortic_->open;
   }
-  Vector motion = space_.make_vector(3);
-  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
-  blood_at_rest_->start(motion);
-  blood_at_rest_->prepare(motion);
+  blood_at_rest_->start(mesh_motion());
+  blood_at_rest_->prepare(mesh_motion());
 }
 
-void FluidSolver::probe(const bus::Step &step) {
-  if (step.iteration == 0)
-    begin_probe();
-  blood_at_rest_->solve(space_.make_vector(4), on_interface(probe_force_));
-  to_interface(blood_at_rest_->state(), probe_velocity_);
+void FluidSolver::probe() {
+  blood_at_rest_->solve(space_.make_vector(4), side_.probe_force());
+  side_.give_probe_velocity(blood_at_rest_->state());
 }
 
 void FluidSolver::prepare_step(const bus::Step &step) {
   blood_at_rest_.reset();
-  choose_alpha();
-  Vector motion = space_.make_vector(3);
-  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
+  const Vector motion = mesh_motion();
   if (valves_ && problem_.follows_motion())
     valves_->follow(problem_.volume_rate(motion));
   else if (valves_)
@@ -230,50 +172,24 @@ void FluidSolver::show_valves() {
   aortic_->open = valves_->aortic_open();
 }
 
-Vector FluidSolver::on_interface(const std::vector<double> &values) const {
-  Vector v = space_.make_vector(4);
-  for (std::size_t k = 0; k < values.size(); ++k)
-    v.local_element(4 * interface_nodes_[k / 3] + k % 3) = values[k];
-  return v;
-}
-
-void FluidSolver::to_interface(const Vector &v, std::vector<double> &values) const {
-  for (std::size_t k = 0; k < values.size(); ++k)
-    values[k] = v.local_element(4 * interface_nodes_[k / 3] + k % 3);
-}
-
 void FluidSolver::solve_step(const bus::Step &step) {
-  require_wall();
-  statistics_ = problem_.solve(on_interface(wall_velocity_), on_interface(wall_force_), step.iteration);
+  side_.require_wall();
+  statistics_ = problem_.solve(side_.wall_velocity(), side_.wall_force(), step.iteration);
   coupling_iterations_ = step.iteration + 1;
-  to_interface(problem_.blood_force(), blood_force_);
-  if (coupling_ && coupling_->scheme == "EFS1-corrected") {
-    to_interface(problem_.state(), blood_velocity_);
-    to_interface(problem_.unit_pressure_force(), unit_pressure_force_);
-  }
+  side_.give_force(problem_.blood_force());
 }
-
-void FluidSolver::correct() { problem_.add_pressure(uniform_value(pressure_correction_)); }
 
 void FluidSolver::budget(const Vector &wall_velocity) { budget_ = problem_.budget(wall_velocity); }
 
 bool FluidSolver::isovolumetric() const { return !inlet_ && (!valves_ || !(mitral_->open || aortic_->open)); }
 
 void FluidSolver::refuse_instability(const bus::Step &step) {
-  Runaway seen;
-  seen.alpha = problem_.alpha();
-  seen.alpha_limit = uniform_value(alpha_limit_);
-  if (!watch_.add(budget_.disagreement, budget_.datum_residual,
-                  seen.alpha_limit > 0 && seen.alpha > 10 * seen.alpha_limit, budget_.alternation))
+  if (!side_.runs_away(budget_, problem_.alpha()))
     return;
   if (const Orifice *entry = mitral_ ? mitral_ : inlet_; entry && entry->open)
     refuse_runaway_inflow(step, *entry, true);
-  seen.disagreement = budget_.disagreement;
-  seen.alternates = watch_.alternates();
-  seen.iterates = coupling_->repeats();
-  seen.automatic_alpha = coupling_->automatic_alpha;
-  seen.pressure = problem_.mean_pressure();
-  throw Failure(ExitCode::not_converged, fmt::format("t = {:.4f} s: {}", step.time, explanation(seen)));
+  throw Failure(ExitCode::not_converged,
+                fmt::format("t = {:.4f} s: {}", step.time, side_.explanation(problem_.mean_pressure())));
 }
 
 /// `is_lost`: something else is about to end the run.
@@ -301,7 +217,7 @@ void FluidSolver::watch_inflow(const bus::Step &step) {
 }
 
 void FluidSolver::commit_step(const bus::Step &step) {
-  if (coupling_)
+  if (side_.is_robin())
     refuse_instability(step);
   problem_.commit();
   if (valves_) {

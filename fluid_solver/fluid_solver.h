@@ -1,11 +1,11 @@
 #pragma once
 
 #include "common/bus/solver.h"
+#include "common/interface/blood_side.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
 #include "fluid_solver/inflow_watch.h"
-#include "fluid_solver/instability_watch.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fluid_solver/valves.h"
 
@@ -17,19 +17,16 @@
 
 namespace heartbus::fluid {
 
-/// The blood (paper, section 2.5 and 3.1, step 4): velocity and pressure on the moving mesh, valves, and the Robin side
-/// of the interface condition. Takes the mesh motion and the wall's velocity v* and force W*, returns the force L on
-/// the wall.
+/// The blood (paper, section 2.5 and 3.1, step 4): velocity and pressure on the moving mesh, valves, and a condition on
+/// the interface. Takes the mesh motion and, for the Robin condition, the wall's velocity v* and force W*; returns the
+/// force L on the wall.
 class FluidSolver : public bus::Solver {
  public:
   /// Valves are there when the mesh has boundaries `mitral` and `aortic`.
-  FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt,
-              std::shared_ptr<spdlog::logger> log);
+  FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters, const interface::BloodSettings &settings,
+              double dt, std::shared_ptr<spdlog::logger> log);
   /// Writes velocity, pressure and mesh motion when they are due.
   void write_fields(const std::string &folder, const OutputParameters &output);
-
-  /// Offers what the wall in another participant wants, in the scheme of the scene.
-  void couple(const CouplingParameters &coupling);
 
   void declare(bus::Declaration &declaration) override;
   void prepare_step(const bus::Step &step) override;
@@ -49,27 +46,21 @@ class FluidSolver : public bus::Solver {
  private:
   /// An empty history: the mesh as it comes, blood at rest.
   void start();
-  void choose_alpha();
+  void declare_tasks(bus::Declaration &declaration); ///< of the Robin condition
   /// The velocity with which blood at rest yields to a force on the wall, u = -F^{-1} L: a_f(u, p; w) = -L(w) without
-  /// Robin term and other loads, in the cavity as it is, valves included. Which F: mech_solver/interface_impedance.h.
-  void probe(const bus::Step &step);
+  /// Robin term and other loads, in the cavity as it is, valves included. Which F: common/interface/alpha_limit.h.
   void begin_probe();
-  void hold(); ///< what the wall holds
-  void correct();
+  void probe();
   bool isovolumetric() const;
-  void declare_coupling(bus::Declaration &declaration);
+  fem::Vector mesh_motion() const;
   void refuse_instability(const bus::Step &step);
   void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
   void watch_inflow(const bus::Step &step);
-  void require_wall();
   void require_opening() const;
   void switch_valves(double time);
   void show_valves(); ///< to the problem
   AtOrifice at(const Orifice &orifice, double direction) const;
   void visit(io::State &state);
-  fem::Vector on_interface(const std::vector<double> &values) const; ///< zero elsewhere
-  void to_interface(const fem::Vector &v, std::vector<double> &values) const;
-  double uniform_value(const std::vector<double> &values) const;
   void write(double time);
 
   const fem::LagrangeSpace &space_;
@@ -81,21 +72,13 @@ class FluidSolver : public bus::Solver {
   Orifice *mitral_ = nullptr, *aortic_ = nullptr, *inlet_ = nullptr;
   AtOrifice at_mitral_, at_aortic_;
 
-  std::vector<unsigned> interface_nodes_; ///< owned
-  // what the bus reads and fills
-  std::vector<double> mesh_motion_, wall_velocity_, wall_force_, blood_force_;
-  std::vector<double> held_; ///< 1 at degrees of freedom of the wall that cannot move; a wall that does not say: 0
-  std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
-  std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
+  interface::BloodSide side_;
+  std::vector<double> mesh_motion_; ///< of the bus
   fem::LinearStatistics statistics_;
-  NavierStokesProblem::Budget budget_;
-
-  std::optional<CouplingParameters> coupling_;         ///< with a wall in another participant
-  bool has_wall_ = false;                              ///< it has sent what the Robin condition needs
+  interface::Budget budget_;
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
-  InstabilityWatch watch_;
-  InflowWatch inflow_watch_; ///< of the mitral valve, or the inlet
-  int coupling_iterations_ = 0; ///< of the last step
+  InflowWatch inflow_watch_;                           ///< of the mitral valve, or the inlet
+  int coupling_iterations_ = 0;                        ///< of the last step
 
   OutputParameters output_;
   std::unique_ptr<io::FieldWriter> writer_;

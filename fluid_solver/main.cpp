@@ -18,10 +18,9 @@ int main(int argc, char **argv) {
         communicator, fem::mesh_on_root(communicator, [&] { return geometry::make_fluid(scene.geometry); }));
     int rank = 0;
     MPI_Comm_rank(participant.communicator(), &rank);
-    fluid::FluidSolver solver(space, scene.fluid, scene.coupling.alpha, scene.time.step,
+    fluid::FluidSolver solver(space, scene.fluid, interface::blood_settings(participant.coupling()), scene.time.step,
                               log::open_log(participant.output_folder(), participant.name(), rank));
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
-    solver.couple(scene.coupling);
     participant.serve(solver);
   });
 }

@@ -52,19 +52,14 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
   }
 }
 
-/// Of the values that this rank owns.
-double owned_dot(const Vector &x, const Vector &y) {
-  return std::inner_product(x.begin(), x.begin() + x.locally_owned_size(), y.begin(), 0.);
-}
-
 } // namespace
 
 NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
                                          double dt)
-    : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), alpha_(alpha), dt_(dt),
+    : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), dt_(dt), robin_(space, alpha),
       unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_),
       x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_), x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_),
-      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), datum_(x_nm1_), force_(x_nm1_), jump_(x_nm1_), jump_n_(x_nm1_) {
+      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), force_(x_nm1_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))
@@ -73,13 +68,7 @@ NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const 
 
 Orifice &NavierStokesProblem::add_orifice(const std::string &label, double pressure, double resistance) {
   orifices_.push_back(std::make_unique<Orifice>(space_, label, pressure, resistance));
-  Orifice &orifice = *orifices_.back();
-  Vector at_rest = space_.make_vector(3);
-  at_rest.update_ghost_values();
-  orifice.surface.move(at_rest);
-  orifice.area = dealii::Utilities::MPI::sum(orifice.surface.owned_sum(orifice.surface.areas()), space_.communicator());
-  orifice.mean_pressure = orifice.surface.pressure_functional(orifice.area);
-  return orifice;
+  return *orifices_.back();
 }
 
 void NavierStokesProblem::start(const Vector &motion) {
@@ -123,7 +112,7 @@ void NavierStokesProblem::forget_preconditioner() {
 
 void NavierStokesProblem::follow_motion() {
   follows_motion_ = true;
-  alpha_ = 0;
+  robin_.alpha = 0;
   constraints_are_known_ = false;
 }
 
@@ -280,26 +269,15 @@ void NavierStokesProblem::add_surface_terms() {
     std::vector<double> weights = interface_->areas();
     interface_area_ = interface_->owned_sum(weights);
     for (double &weight : weights)
-      weight *= alpha_;
+      weight *= robin_.alpha;
     interface_masses_ = interface_->masses(weights);
     interface_->add_mass(interface_masses_, A_);
     interface_->apply_mass(interface_masses_, guess_, residual_);
     interface_flux_ = interface_->flux_functional();
   }
   for (const auto &orifice : orifices_) {
-    orifice->surface.move(d_np1_);
-    orifice->flux = orifice->surface.flux_functional();
-    if (!orifice->open)
-      continue;
-    // Energy that comes in with blood: add -beta rho/2 min(u^n.n, 0) u.w (doi:10.1007/s00466-011-0599-0, Moghadam).
-    std::vector<double> backflow = orifice->surface.fluxes(x_n_);
-    for (double &flux : backflow)
-      flux *= flux < 0 ? -parameters_.backflow * parameters_.density / 2 : 0;
-    const std::vector<double> masses = orifice->surface.masses(backflow);
-    orifice->surface.add_mass(masses, A_);
-    orifice->surface.apply_mass(masses, guess_, residual_);
-    fem::zero_constrained(orifice->flux, constrained_);
-    residual_.add(orifice->pressure + orifice->resistance * (orifice->flux * guess_), orifice->flux);
+    orifice->move(d_np1_);
+    orifice->add_terms(x_n_, guess_, parameters_.backflow * parameters_.density, constrained_, A_, residual_);
   }
 }
 
@@ -339,8 +317,9 @@ void NavierStokesProblem::residual(const Vector &x, Vector &r) const {
 }
 
 fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
-  update_datum(wall_velocity, wall_force, iteration);
-  Vector b = datum_;
+  if (interface_ && !std::exchange(has_datum_, false))
+    robin_.set_datum(wall_velocity, wall_force, robin_surface(), iteration, false);
+  Vector b = robin_.datum();
   b -= residual_;
   Vector loads = b;
   loads += guess_load_;
@@ -370,28 +349,22 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
   fem::copy_owned(guess_, x_);
   x_ += increment_;
   x_.update_ghost_values();
-  force_ = 0;
-  if (interface_) {
-    interface_->apply_mass(interface_masses_, x_, force_);
-    fem::zero_constrained(force_, constrained_);
-    force_ -= datum_;
-  }
+  if (interface_)
+    robin_.force(x_, robin_surface(), force_);
   if (follows_motion_)
     set_reaction_force();
   return statistics;
 }
 
-void NavierStokesProblem::update_datum(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
+void NavierStokesProblem::accelerate(const Vector &wall_velocity, const Vector &wall_force, int iteration) {
   if (!interface_)
     return;
-  Vector next = space_.make_vector(4), v = wall_velocity;
-  v.update_ghost_values();
-  interface_->apply_mass(interface_masses_, v, next);
-  next -= wall_force;
-  fem::zero_constrained(next, constrained_);
-  if (iteration == 0)
-    anderson_.restart();
-  datum_ = iteration == 0 ? next : anderson_.next(datum_, next);
+  robin_.set_datum(wall_velocity, wall_force, robin_surface(), iteration, true);
+  has_datum_ = true;
+}
+
+interface::RobinCondition::Surface NavierStokesProblem::robin_surface() const {
+  return {[this](const Vector &x, Vector &y) { interface_->apply_mass(interface_masses_, x, y); }, constrained_};
 }
 
 void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
@@ -401,8 +374,7 @@ void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
 }
 
 void NavierStokesProblem::commit() {
-  jump_n_.swap(jump_);
-  jump_power_n_ = std::exchange(jump_power_, 0);
+  robin_.commit();
   fem::copy_owned(x_nm1_, x_nm2_);
   fem::copy_owned(x_n_, x_nm1_);
   fem::copy_owned(x_, x_n_);
@@ -450,41 +422,13 @@ Vector NavierStokesProblem::unit_pressure_force() const {
   return b;
 }
 
-NavierStokesProblem::Budget NavierStokesProblem::budget(const Vector &wall_velocity) {
-  Budget budget;
+interface::Budget NavierStokesProblem::budget(const Vector &wall_velocity) {
   if (!interface_)
-    return budget;
-  Vector datum_change = space_.make_vector(4);
-  fem::copy_owned(x_, jump_); // off the interface nothing reads it
-  jump_ -= wall_velocity;
-  jump_.update_ghost_values();
-  interface_->apply_mass(interface_masses_, jump_, datum_change);
-  fem::zero_constrained(datum_change, constrained_);
-  const double terms[] = {owned_dot(interface_flux_, jump_),      owned_dot(force_, jump_),
-                          owned_dot(datum_change, jump_),         owned_dot(datum_change, jump_n_),
-                          owned_dot(datum_change, datum_change), owned_dot(datum_, datum_),
-                          interface_area_};
-  double sums[7];
-  dealii::Utilities::MPI::sum(terms, space_.communicator(), sums);
-  const auto [defect, power, work, work_n, change, datum, area] = sums;
-  jump_power_ = work;
-  budget.volume_defect = defect;
-  budget.power = power;
-  budget.disagreement = std::sqrt(alpha_ * std::abs(work) / area);
-  if (datum > 0)
-    budget.datum_residual = std::sqrt(change / datum);
-  if (work > 0 && jump_power_n_ > 0)
-    budget.alternation = work_n / std::sqrt(work * jump_power_n_);
-  return budget;
+    return {};
+  return robin_.budget(x_, wall_velocity, force_, interface_flux_, interface_area_, robin_surface());
 }
 
-Inflow NavierStokesProblem::inflow(const Orifice &orifice) const {
-  const auto [flow, power] = orifice.surface.inflow(x_);
-  const double here[] = {flow, power};
-  double sums[2];
-  dealii::Utilities::MPI::sum(here, space_.communicator(), sums);
-  return {sums[0], parameters_.density * sums[1]};
-}
+Inflow NavierStokesProblem::inflow(const Orifice &orifice) const { return orifice.inflow(x_, parameters_.density); }
 
 void NavierStokesProblem::update_averages() {
   const bus::Stopwatch::Section section(stopwatch, "averages");

@@ -1,15 +1,15 @@
 #pragma once
 
 #include "common/bus/stopwatch.h"
-#include "common/fem/anderson.h"
 #include "common/fem/constraints.h"
 #include "common/fem/iterate_moves.h"
 #include "common/fem/linear_solver.h"
 #include "common/fem/rounded_matrix.h"
+#include "common/interface/robin_condition.h"
 #include "common/io/state.h"
-#include "fluid_solver/inflow_watch.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/navier_stokes_kernel.h"
+#include "fluid_solver/orifice.h"
 #include "fluid_solver/parameters.h"
 
 #include <functional>
@@ -20,26 +20,13 @@
 
 namespace heartbus::fluid {
 
-/// A part of the boundary that is a wall or, when open, carries sigma n = -(p + R int u.n) n: valves, and the inlet.
-struct Orifice {
-  Orifice(const fem::LagrangeSpace &space, const std::string &label, double pressure, double resistance)
-      : label(label), pressure(pressure), resistance(resistance), surface(space, label) {}
-  std::string label;
-  double pressure, resistance;
-  bool open = false;
-  MovedSurface surface;
-  double area = 0;          ///< at rest
-  fem::Vector flux;         ///< of the moved surface: flux * u = int u.n
-  fem::Vector mean_pressure; ///< of the surface at rest: mean_pressure * x, scaled as x is
-};
-
 /// One step of the Navier-Stokes equations in the ALE frame with the Robin condition of the interface (paper, eq.
 /// (navierstokes-discrete)), as forces on nodes: with a_f the stabilised momentum form of navier_stokes_kernel.h and
 /// M_S the mass matrix of the moved interface, find u, p at t^{n+1} such that for all test functions
 ///
-///     a_f(u, p; w, q) + alpha M_S u = alpha M_S v* - W*,     and return the force on the solid L = W* + alpha M_S (u -
-///     v*).
+///     a_f(u, p; w, q) + alpha M_S u = g
 ///
+/// and return the force on the solid L (common/interface/robin_condition.h has g and L).
 /// L equals -a_f(u, p; w) on the interface's test functions: Robin-Neumann iterations end at the monolithic solution.
 /// Vectors hold u, v, w, p at each node; the pressure is scaled (see pressure_scale).
 class NavierStokesProblem {
@@ -47,10 +34,8 @@ class NavierStokesProblem {
   NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha, double dt);
 
   /// The Robin coefficient, from the next `prepare` on.
-  void set_alpha(double alpha) { alpha_ = alpha; }
-  double alpha() const { return alpha_; }
-  /// Iterations within a step take their datum from Anderson's method.
-  void accelerate() { anderson_ = fem::Anderson<fem::Vector>(10); }
+  void set_alpha(double alpha) { robin_.alpha = alpha; }
+  double alpha() const { return robin_.alpha; }
 
   /// Without an old state, u^n = 0: the operator of motions that alternate from step to step, u^n = -u^{n+1}.
   void take_alternating_motion() { inertia_ = 2; }
@@ -81,6 +66,8 @@ class NavierStokesProblem {
   /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the steps
   /// before.
   fem::LinearStatistics solve(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration = 0);
+  /// The solve of this iteration takes its datum from Anderson's method.
+  void accelerate(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration);
   /// Raises the pressure everywhere, and the force on the wall with it.
   void add_pressure(double pressure);
   /// The new state becomes the old one.
@@ -109,15 +96,8 @@ class NavierStokesProblem {
 
   /// b.u = int_S u.n over the interface: the nodal forces of a unit pressure.
   fem::Vector unit_pressure_force() const;
-  /// What the new state leaves of the interface's conditions, with v the wall's new velocity (ghosts not needed).
-  struct Budget {
-    double volume_defect = 0;  ///< int (u - v).n [m^3/s]
-    double power = 0;          ///< L.(u - v) [W]
-    double disagreement = 0;   ///< alpha |u - v|, root mean square [Pa]
-    double datum_residual = 0; ///< |g' - g| / |g| with the last datum g and the next, g' = alpha M v - L
-    double alternation = 0;    ///< cosine, in M, of the angle between u - v and that of the step before; -1: it alternates
-  };
-  Budget budget(const fem::Vector &wall_velocity);
+  /// What the new state leaves of the interface's conditions, with the wall's new velocity (ghosts not needed).
+  interface::Budget budget(const fem::Vector &wall_velocity);
   /// Through an open orifice, of the latest solution; one sum over the ranks.
   Inflow inflow(const Orifice &orifice) const;
   double volume() const { return volume_; }               ///< of the moved fluid domain [m^3]
@@ -141,21 +121,23 @@ class NavierStokesProblem {
   void integrate_cells(const fem::Vector &state, fem::RoundedMatrix *A, fem::Vector &residual) const;
   void add_surface_terms();
   void refresh_preconditioner();
-  void update_datum(const fem::Vector &wall_velocity, const fem::Vector &wall_force, int iteration);
+  interface::RobinCondition::Surface robin_surface() const;
   void update_averages();
   template <class Action>
   void visit_batches(const fem::Vector &state, const Action &action) const;
 
   const fem::LagrangeSpace &space_;
   Parameters parameters_;
-  double alpha_, dt_, pressure_scale_, inertia_ = 1;
+  double dt_, pressure_scale_, inertia_ = 1;
+  interface::RobinCondition robin_;
+  bool has_datum_ = false; // of the next solve
   std::vector<double> unit_nodes_;
   std::optional<MovedSurface> interface_;
   std::vector<double> interface_masses_; // of alpha |n da|
   double interface_area_ = 0;            // of this rank's cells
   fem::Vector interface_flux_;           // interface_flux_ * u = int u.n
   std::vector<std::unique_ptr<Orifice>> orifices_;
-  std::vector<bool> orifices_open_; ///< for which the constraints stand
+  std::vector<bool> orifices_open_;                 ///< for which the constraints stand
   fem::Constraints constrained_, held_by_the_wall_; ///< empty on a rank without nodes
   bool constraints_are_known_ = false, follows_motion_ = false;
   fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
@@ -163,17 +145,14 @@ class NavierStokesProblem {
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
 
-  fem::Vector x_nm2_, x_nm1_, x_n_, x_; // states
-  bool history_is_new_ = true;          // since the last commit: there is no x_nm2_ yet
-  fem::Vector d_n_, d_np1_;       // motions of the mesh
-  fem::Vector guess_, increment_; // x = guess + increment
+  fem::Vector x_nm2_, x_nm1_, x_n_, x_;          // states
+  bool history_is_new_ = true;                   // since the last commit: there is no x_nm2_ yet
+  fem::Vector d_n_, d_np1_;                      // motions of the mesh
+  fem::Vector guess_, increment_;                // x = guess + increment
   fem::IterateMoves<fem::Vector> iterate_moves_; // of the increment
-  fem::Vector residual_;          // of the guess, all terms but the wall's
-  fem::Vector guess_load_;        // A guess
-  fem::Vector datum_, force_;     // of the Robin condition: alpha M v* - W*, but for acceleration; L
-  fem::Vector jump_, jump_n_;     // u - v of the last budget, and the one before the last commit
-  double jump_power_ = 0, jump_power_n_ = 0; // alpha M u - v on itself
-  fem::Anderson<fem::Vector> anderson_{0};
+  fem::Vector residual_;                         // of the guess, all terms but the wall's
+  fem::Vector guess_load_;                       // A guess
+  fem::Vector force_;                            // L
   double volume_ = 0, mean_pressure_ = 0;
 };
 

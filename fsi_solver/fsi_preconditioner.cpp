@@ -81,7 +81,7 @@ void FsiPreconditioner::make() {
   fluid_ = blood_problem_.make_preconditioner(blood_);
   wall_.copy_scaled(1, wall_problem_.tangent());
   wall_.decouple(on_interface_);
-  solid_ = fem::make_preconditioner(wall_problem_.preconditioner_kind(), wall_);
+  solid_ = fem::make_preconditioner(wall_problem_.tangent_solver().preconditioner_kind(), wall_);
 }
 
 void FsiPreconditioner::vmult(fem::Vector &y, const fem::Vector &x) const {

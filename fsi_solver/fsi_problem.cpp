@@ -107,10 +107,10 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     return fem::solve_linear(
                "fluid and structure", [this](Vector &y, const Vector &x) { apply(y, x); }, dx, b, preconditioner_,
-               tolerance, solid_.most_iterations())
+               tolerance, solid_.tangent_solver().most_iterations())
         .iterations;
   } catch (const Failure &failure) {
-    if (failure.code() != ExitCode::not_converged || !solid_.go_over_to_multigrid())
+    if (failure.code() != ExitCode::not_converged || !solid_.tangent_solver().go_over_to_multigrid())
       throw;
   }
   preconditioner_.forget();

@@ -4,7 +4,7 @@
 
 namespace heartbus::fsi {
 
-/// One step of the scheme E1FS-infinity (paper, eq. (fsi-implicit)): blood and wall at once on the geometry of d^n.
+/// The monolithic step (paper, eq. (fsi-implicit)): blood and wall at once on the geometry of d^n.
 /// With the fluid's form a_f, linear in a step, and the solid's residual R_s, both as forces on nodes, find u, p, d
 /// with
 ///
@@ -13,7 +13,7 @@ namespace heartbus::fsi {
 /// where a test function of the interface serves both. So the interface displacement is no unknown: d = d^n + dt u. The
 /// sum is solved by Newton's method (fem::newton sees this class as residual, linearise, solve and size), its linear
 /// systems by GMRES on the two matrices as they are; tangent and preconditioner are kept from step to step until they
-/// show their age, as in the partitioned solvers.
+/// show their age, as where the two are apart.
 class FsiProblem {
  public:
   /// `fluid` is meant to have alpha = 0. What either side holds on the interface, both hold.

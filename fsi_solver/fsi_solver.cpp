@@ -24,9 +24,9 @@ class Outside : public bus::Declaration {
       bus_.output(name, point_set, components, unit, level, values);
   }
   void input(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
-             std::vector<double> &values) override {
+             std::vector<double> &values, const std::string &task) override {
     if (!inside_.count(name))
-      bus_.input(name, point_set, components, unit, values);
+      bus_.input(name, point_set, components, unit, values, task);
   }
   void task(const std::string &name, std::function<void(const bus::Step &)> action) override {
     if (!inside_.count(name))

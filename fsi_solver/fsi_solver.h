@@ -6,19 +6,19 @@
 
 namespace heartbus::fsi {
 
-/// Blood and wall as one participant (paper, scheme E1FS-infinity): all that surrounds the solve, from force generation
-/// to valves and pictures, is done by the two solvers of the partitioned schemes; only the solve is the merged one.
+/// Blood and wall as one participant (paper, section 3.2): all that surrounds the solve, from force generation
+/// to valves and pictures, is done by the two solvers that each of them has alone; only the solve is the merged one.
 /// Takes calcium and the mesh motion, gives the displacement.
 class FsiSolver : public bus::Solver {
  public:
-  /// `fluid` is meant to have alpha = 0.
+  /// Both are meant to be told nothing of the interface.
   FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double dt);
 
   void declare(bus::Declaration &declaration) override;
   void prepare_step(const bus::Step &step) override;
   void solve_step(const bus::Step &step) override;
   void commit_step(const bus::Step &step) override;
-  /// The states of blood and wall are those of the partitioned schemes: each scheme goes on from the other's.
+  /// The states of blood and wall are those that they have apart: either goes on from the other's.
   void save_state(const std::string &folder, const bus::Step &step) override;
   void load_state(const std::string &folder, const bus::Step &step) override;
   void refresh() override;

@@ -22,7 +22,7 @@ int main(int argc, char **argv) {
     const auto log = log::open_log(participant.output_folder(), participant.name(),
                                    dealii::Utilities::MPI::this_mpi_process(communicator));
     mech::MechSolver mech(wall, fibres, scene.mech, log);
-    fluid::FluidSolver fluid(cavity, scene.fluid, 0, scene.time.step, log);
+    fluid::FluidSolver fluid(cavity, scene.fluid, interface::BloodSettings{}, scene.time.step, log);
     const std::string fields = participant.output_folder() + "/fields";
     mech.write_fields(fields, scene.output);
     fluid.write_fields(fields, scene.output);

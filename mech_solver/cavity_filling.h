@@ -2,7 +2,7 @@
 
 #include "common/bus/solver.h"
 #include "common/io/state.h"
-#include "mech_solver/elasticity_problem.h"
+#include "mech_solver/interface_wall.h"
 
 #include <array>
 #include <vector>
@@ -40,8 +40,7 @@ class CavityFilling {
   std::vector<unsigned> rim_; ///< owned nodes
   double n_rim_ = 0;          ///< of all ranks
   double pressure_n_ = 0, pressure_nm1_ = 0;
-  fem::Vector response_; ///< w
-  unsigned response_tangent_ = 0;
+  PressureResponse response_;                                                          ///< w
   std::vector<double> volume_ = {0}, compliance_ = {0}, guess_ = {0}, pressure_ = {0}; ///< of the bus
 };
 

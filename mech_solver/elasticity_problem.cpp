@@ -1,7 +1,5 @@
 #include "mech_solver/elasticity_problem.h"
 
-#include "common/config/nearest.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,14 +47,6 @@ ActiveFibres::Tension kind_of_tension(const ActiveParameters &active) {
                                        : Tension::second_piola;
 }
 
-std::variant<Guccione, NeoHookean, SaintVenantKirchhoff> law_of(const MaterialParameters &material) {
-  if (material.law == "guccione")
-    return material.guccione;
-  if (material.law == "neo_hookean")
-    return material.neo_hookean;
-  return material.saint_venant_kirchhoff;
-}
-
 } // namespace
 
 ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
@@ -65,11 +55,12 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
       solver_(parameters.solver), gravity_{parameters.gravity[0], parameters.gravity[1], parameters.gravity[2]},
       mean_dilatation_(parameters.volume == "mean_dilatation"),
       active_fibres_{parameters.active.sarcomere_length, kind_of_tension(parameters.active)},
-      pericardium_(space, parameters.pericardium), acceleration_(d_n), velocity_(d_n), tangent_(space, 3) {
+      regions_(material_regions(space, parameters)),
+      pericardium_(space, parameters.pericardium), acceleration_(d_n), velocity_(d_n), tangent_(space, 3),
+      tangent_solver_(parameters.solver) {
   if (mean_dilatation_ && space.nodes_per_cell() == 4)
     throw Failure(ExitCode::scene, "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
                                    "constant and which lock for large kappa; take hexahedra, or 'penalty'");
-  make_regions(parameters);
   constrain(parameters);
   // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
   const double kappa = std::visit([](const auto &law) { return law.kappa; }, regions_[0].law);
@@ -78,31 +69,6 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
     interface_.emplace_back(space, "interface");
   for (const auto &[name, load] : parameters.loads)
     loads_.push_back({load, LoadedSurface(space, load.label)});
-}
-
-void ElasticityProblem::make_regions(const Parameters &parameters) {
-  const auto &names = space_.material_names();
-  std::vector<unsigned> region_of(std::max<std::size_t>(names.size(), 1), 0);
-  regions_.push_back({law_of(parameters), parameters.density, true, {}, {}});
-  for (const auto &[name, region] : parameters.regions) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end())
-      throw Failure(ExitCode::scene, "mechanics.regions: the mesh has no region '" + name + "'" +
-                                         config::did_you_mean(name, names) + " It has " + config::joined(names));
-    region_of[found - names.begin()] = regions_.size();
-    regions_.push_back({law_of(region), region.density, region.contracts, {}, {}});
-  }
-  const unsigned n_q = space_.n_q();
-  for (Region &region : regions_) {
-    region.JxW.assign(space_.JxW(0), space_.JxW(0) + std::size_t(space_.n_batches()) * n_q);
-    region.in_batch.assign(space_.n_batches(), 0);
-    for (unsigned slot = 0; slot < space_.n_slots(); ++slot) {
-      const bool here = space_.slot_used(slot) && &regions_[region_of[space_.material(slot)]] == &region;
-      region.in_batch[slot / n_lanes] |= here;
-      for (unsigned q = 0; q < n_q && !here; ++q)
-        region.JxW[(slot / n_lanes) * n_q + q][slot % n_lanes] = 0;
-    }
-  }
 }
 
 void ElasticityProblem::constrain(const Parameters &parameters) {
@@ -116,7 +82,7 @@ void ElasticityProblem::constrain(const Parameters &parameters) {
 
 void ElasticityProblem::forget_tangent() {
   has_tangent_ = false;
-  preconditioner_is_old_ = true;
+  tangent_solver_.forget_preconditioner();
 }
 
 std::array<double, 6> ElasticityProblem::centre(unsigned slot, const fem::Vector &d) const {
@@ -151,6 +117,7 @@ void ElasticityProblem::set_mode(double dt) {
   if (dt != dt_)
     forget_tangent();
   dt_ = dt;
+  tangent_solver_.is_static = dt == 0;
 }
 
 fem::NewtonSettings ElasticityProblem::newton_settings() const {
@@ -213,7 +180,7 @@ void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &t
   r = 0;
   CellData data;
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
-  for (const Region &region : regions_)
+  for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
       if (region.in_batch[batch]) {
         forces.fill(Lanes{});
@@ -249,7 +216,7 @@ void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch
   weight = 0;
   CellData data;
   alignas(64) std::array<Lanes, max_nodes_per_cell> numerators, weights;
-  for (const Region &region : regions_)
+  for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
       if (region.in_batch[batch]) {
         numerators.fill(Lanes{});
@@ -271,7 +238,7 @@ void ElasticityProblem::update_time_terms(const fem::Vector &d) {
   }
 }
 
-ElasticityCells ElasticityProblem::gather(unsigned batch, const Region &region, const fem::Vector &d,
+ElasticityCells ElasticityProblem::gather(unsigned batch, const MaterialRegion &region, const fem::Vector &d,
                                           const fem::Vector &tension, CellData &data) const {
   const unsigned n = space_.nodes_per_cell();
   for (unsigned lane = 0; lane < n_lanes; ++lane) {
@@ -333,7 +300,7 @@ void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
   largest_exponent_ = own_volume_ = 0;
   CellData data;
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
-  for (const Region &region : regions_)
+  for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
       if (region.in_batch[batch]) {
         DeformationLimits limits;
@@ -395,7 +362,7 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
   alignas(64) std::array<Lanes, 9 * max_nodes_per_cell * max_nodes_per_cell> K;
   const unsigned n_K = 9 * space_.nodes_per_cell() * space_.nodes_per_cell();
-  for (const Region &region : regions_)
+  for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
       if (region.in_batch[batch]) {
         DeformationLimits limits;
@@ -417,54 +384,8 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   ++n_tangents_;
 }
 
-/// Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. So do dynamic ones
-/// of walls that hardly change their volume (kappa above some 100 kPa on fine meshes).
-std::string ElasticityProblem::preconditioner_kind() const {
-  if (dt_ == 0)
-    return "amg";
-  return solver_.preconditioner != "auto" ? solver_.preconditioner : is_stiff_ ? "amg" : "ilu";
-}
-
-unsigned ElasticityProblem::most_iterations() const {
-  const bool may_change = dt_ > 0 && solver_.preconditioner == "auto" && !is_stiff_;
-  return may_change ? 120 : dt_ > 0 ? 500 : 2000;
-}
-
-bool ElasticityProblem::go_over_to_multigrid() {
-  if (dt_ == 0 || solver_.preconditioner != "auto" || is_stiff_)
-    return false;
-  return preconditioner_is_old_ = is_stiff_ = true;
-}
-
-/// The preconditioner is kept for as long as it serves about as well as when it was new.
 unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
-  const bool renewed = preconditioner_is_old_;
-  if (renewed) {
-    const bus::Stopwatch::Section section(stopwatch, "preconditioner");
-    preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent_);
-  }
-  const unsigned allowed = renewed ? most_iterations() : std::min(most_iterations(), 3 * usual_iterations_ + 50);
-  try {
-    const bus::Stopwatch::Section section(stopwatch, "linear solve");
-    const unsigned iterations =
-        fem::solve_linear(
-            "elasticity", [this](fem::Vector &y, const fem::Vector &x) { apply_tangent(y, x); }, dx, force,
-            *preconditioner_, std::max(solver_.linear_tolerance, tolerance), allowed)
-            .iterations;
-    if (renewed)
-      usual_iterations_ = iterations;
-    preconditioner_is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
-    return iterations;
-  } catch (const Failure &failure) {
-    if (failure.code() != ExitCode::not_converged)
-      throw;
-    if (!renewed) // a state too far from the one that it was made for
-      preconditioner_is_old_ = true;
-    else if (!go_over_to_multigrid())
-      throw;
-  }
-  dx = 0;
-  return respond(dx, force, tolerance);
+  return tangent_solver_.solve(tangent_, *rounded_tangent_, dx, force, tolerance, stopwatch);
 }
 
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {

@@ -8,8 +8,9 @@
 #include "common/fem/rounded_matrix.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
+#include "mech_solver/material_regions.h"
+#include "mech_solver/tangent_solver.h"
 
-#include <variant>
 
 namespace heartbus::mech {
 
@@ -45,12 +46,9 @@ class ElasticityProblem {
   /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
   /// the iterations.
   unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
-  /// For the tangent; of dynamic systems as the parameters say.
-  std::string preconditioner_kind() const;
-  /// How many iterations a linear solver may take before `go_over_to_multigrid` is worth its set-up.
-  unsigned most_iterations() const;
-  /// Whether that is another preconditioner than so far.
-  bool go_over_to_multigrid();
+  /// Which solves with the tangent.
+  TangentSolver &tangent_solver() { return tangent_solver_; }
+  const TangentSolver &tangent_solver() const { return tangent_solver_; }
   // Of the last displacement looked at, this rank.
   double smallest_J() const { return smallest_J_; }
   double own_volume() const { return own_volume_; } ///< of its own cells [m^3]
@@ -83,27 +81,17 @@ class ElasticityProblem {
   void refuse() const;
 
  private:
-  using Law = std::variant<Guccione, NeoHookean, SaintVenantKirchhoff>;
-  /// The cells of one material; a batch can hold cells of several, each then sees the others with weight zero.
-  struct Region {
-    Law law;
-    double density; ///< [kg/m^3]
-    bool contracts;
-    std::vector<Lanes> JxW;             ///< [batch][q]
-    std::vector<std::uint8_t> in_batch; ///< [batch]
-  };
   struct CellData; // nodal values of one batch
   struct Load {
     LoadParameters parameters;
     LoadedSurface surface;
   };
 
-  void make_regions(const Parameters &parameters);
   void add_loads(const fem::Vector &d, fem::Vector &r) const;
   void constrain(const Parameters &parameters);
   void set_mode(double dt); ///< 0: quasi-static
   void update_time_terms(const fem::Vector &d);
-  ElasticityCells gather(unsigned batch, const Region &region, const fem::Vector &d, const fem::Vector &tension,
+  ElasticityCells gather(unsigned batch, const MaterialRegion &region, const fem::Vector &d, const fem::Vector &tension,
                          CellData &data) const;
   void scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const;
   void add_cells(const fem::Vector &d, fem::Vector &r);
@@ -116,7 +104,7 @@ class ElasticityProblem {
   const fem::Vec3<double> gravity_; ///< [m/s^2]
   const bool mean_dilatation_;
   const ActiveFibres active_fibres_;
-  std::vector<Region> regions_;
+  std::vector<MaterialRegion> regions_;
   Pericardium pericardium_;
   std::vector<LoadedSurface> interface_; ///< one, or none
   std::vector<Load> loads_;
@@ -133,10 +121,8 @@ class ElasticityProblem {
   std::unique_ptr<fem::RoundedMatrix> rounded_tangent_; ///< for iterations
   bool has_tangent_ = false;
   unsigned n_tangents_ = 0;
-  std::unique_ptr<fem::Preconditioner> preconditioner_;
-  double wanted_residual_ = 0;    ///< of Newton's method, at the last state looked at
-  unsigned usual_iterations_ = 0; ///< of the linear solver with a new preconditioner
-  bool preconditioner_is_old_ = true, is_stiff_ = false;
+  TangentSolver tangent_solver_;
+  double wanted_residual_ = 0; ///< of Newton's method, at the last state looked at
 };
 
 } // namespace heartbus::mech

@@ -21,13 +21,7 @@ int main(int argc, char **argv) {
                                    dealii::Utilities::MPI::this_mpi_process(participant.communicator()));
     mech::MechSolver solver(space, fibres, scene.mech, log);
     solver.write_fields(participant.output_folder() + "/fields", scene.output);
-    const bool is_filled = scene.has("circulation");
-    if (is_filled || (scene.has("fluid") && scene.coupling.scheme != "one_way"))
-      solver.couple(scene.coupling);
-    else
-      solver.stand_alone();
-    if (is_filled)
-      solver.fill_cavity();
+    solver.couple(interface::wall_settings(participant.coupling()));
     participant.serve(solver);
   });
 }

@@ -17,19 +17,14 @@ MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibre
                        std::shared_ptr<spdlog::logger> log)
     : space_(space), fibres_(fibres), parameters_(parameters), log_(log), problem_(space, fibres, parameters),
       force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)), d_nm2_(d_), d_nm3_(d_),
-      stretch_(space.make_vector(1)), calcium_(space.n_owned_nodes(), -1.0) {
-  if (space.has_label("interface")) {
-    const auto on = space.nodes_on("interface");
-    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
-      if (on[node])
-        interface_nodes_.push_back(node);
-  }
+      stretch_(space.make_vector(1)), interface_(space, 3), calcium_(space.n_owned_nodes(), -1.0),
+      probe_(interface_, log), response_(problem_) {
   if (space.has_label("interface"))
     cavity_.emplace_back(space, "interface");
   find_probes();
   for (auto *field : {&blood_force_, &displacement_, &wall_velocity_, &wall_force_, &blood_force_n_})
-    field->assign(3 * interface_nodes_.size(), 0.0);
-  for (const unsigned node : interface_nodes_)
+    *field = interface_.values();
+  for (const unsigned node : interface_.nodes())
     for (unsigned i = 0; i < 3; ++i)
       held_.push_back(problem_.constrained()[3 * node + i]);
   force_generation_.tension(0, problem_.tension.begin());
@@ -49,9 +44,10 @@ void MechSolver::find_probes() {
     }
     const double smallest = dealii::Utilities::MPI::min(distance, space_.communicator());
     if (smallest > 1e-3 * space_.smallest_cell_size())
-      throw Failure(ExitCode::scene, fmt::format("mechanics.probes.{}: the wall has no node at ({:g}, {:g}, {:g}) mm; the "
-                                                 "nearest is {:.4g} mm away",
-                                                 name, 1e3 * point[0], 1e3 * point[1], 1e3 * point[2], 1e3 * smallest));
+      throw Failure(ExitCode::scene,
+                    fmt::format("mechanics.probes.{}: the wall has no node at ({:g}, {:g}, {:g}) mm; the "
+                                "nearest is {:.4g} mm away",
+                                name, 1e3 * point[0], 1e3 * point[1], 1e3 * point[2], 1e3 * smallest));
     probes_[name] = distance == smallest ? nearest : -1;
   }
 }
@@ -62,15 +58,16 @@ void MechSolver::write_fields(const std::string &folder, const OutputParameters 
     writer_ = std::make_unique<io::FieldWriter>(space_.communicator(), folder, "mech", fem::output_mesh(space_));
 }
 
-void MechSolver::couple(const CouplingParameters &coupling) {
-  coupling_ = coupling;
-  if (!space_.has_label("interface"))
+void MechSolver::couple(const interface::WallSettings &settings) {
+  using Load = interface::WallSettings::Load;
+  is_alone_ = settings.load == Load::initial_pressure;
+  if (settings.load == Load::cavity_pressure)
+    filling_.emplace(problem_);
+  if (settings.load != Load::blood_force || !space_.has_label("interface"))
     return;
-  impedance_.emplace(problem_);
-  alpha_limit_.resize(interface_nodes_.size());
-  pressure_correction_ = alpha_limit_;
-  blood_velocity_.resize(3 * interface_nodes_.size());
-  probe_force_ = probe_velocity_ = unit_pressure_force_ = blood_velocity_;
+  linear_wall_.emplace(problem_);
+  probe_.couple(*linear_wall_, settings.alternation);
+  correction_.emplace(interface_);
 }
 
 void MechSolver::declare(bus::Declaration &bus) {
@@ -78,7 +75,7 @@ void MechSolver::declare(bus::Declaration &bus) {
   bus.point_set("tissue", fem::owned_points(space_), spacing);
   bus.input("calcium", "tissue", 1, "uM", calcium_);
   if (space_.has_label("interface")) {
-    bus.point_set("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    bus.point_set("interface", interface_.points(), spacing);
     fem::declare_faces(space_, "interface", bus);
     if (!is_alone_)
       bus.input("blood_force", "interface", 3, "N", blood_force_);
@@ -87,21 +84,9 @@ void MechSolver::declare(bus::Declaration &bus) {
     bus.output("wall_velocity", "interface", 3, "m/s", "n+1", wall_velocity_);
     bus.output("wall_force", "interface", 3, "N", "n+1", wall_force_);
   }
-  if (impedance_) {
-    bus.output("alpha_limit", "interface", 1, "kg/(m^2 s)", "n", alpha_limit_);
-    bus.output("probe_force", "interface", 3, "N", "n", probe_force_);
-    bus.input("probe_velocity", "interface", 3, "m/s", probe_velocity_);
-    bus.task("begin_probe", [this](const bus::Step &step) { begin_probe(step); });
-    bus.task("probe", [this](const bus::Step &) { probe(); });
-    bus.task("end_probe", [this](const bus::Step &step) { end_probe(step); });
-    bus.scalar("alpha_limit", "kg/(m^2 s)", [this] { return limit_; });
-  }
-  if (impedance_ && coupling_.scheme == "EFS1-corrected") {
-    bus.input("blood_velocity", "interface", 3, "m/s", blood_velocity_);
-    bus.input("unit_pressure_force", "interface", 3, "m^2", unit_pressure_force_);
-    bus.output("pressure_correction", "interface", 1, "Pa", "n+1", pressure_correction_);
-    bus.task("correct", [this](const bus::Step &step) { correct(step); });
-  }
+  probe_.declare(bus);
+  if (correction_)
+    correction_->declare(bus, [this](const bus::Step &step) { correct(step); });
   if (filling_) {
     filling_->declare(bus);
     bus.task("press", [this](const bus::Step &step) { press(step); });
@@ -162,13 +147,13 @@ void MechSolver::inflate() {
 
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
-  to_interface(forces, wall_force_);
+  interface_.get(forces, wall_force_);
   if (filling_) { // which holds it in place of nodal forces
     problem_.interface_pressure = parameters_.initial_pressure;
     filling_->begin(parameters_.initial_pressure, d_);
   } else if (!is_alone_)
     blood_force_n_ = blood_force_ = wall_force_;
-  to_interface(d_, displacement_);
+  interface_.get(d_, displacement_);
   wall_velocity_.assign(wall_velocity_.size(), 0.0);
   measure_cavity();
   log_->info("inflated to {} Pa in {} load steps: {} Newton iterations, smallest J {:.3f}",
@@ -191,7 +176,7 @@ void MechSolver::prepare_step(const bus::Step &step) {
 
   fem::Vector velocity(problem_.d_n);
   velocity -= problem_.d_nm1;
-  to_interface(velocity, wall_velocity_, 1 / step.size);
+  interface_.get(velocity, wall_velocity_, 1 / step.size);
   wall_force_ = blood_force_n_;
   if (parameters_.active_increment) {
     const bus::Stopwatch::Section section(problem_.stopwatch, "datum");
@@ -200,15 +185,14 @@ void MechSolver::prepare_step(const bus::Step &step) {
     change.sadd(-1.0, 1.0, problem_.tension);
     problem_.active_forces(problem_.d_n, change, forces);
     std::vector<double> increment(wall_force_.size());
-    to_interface(forces, increment);
+    interface_.get(forces, increment);
     for (std::size_t k = 0; k < increment.size(); ++k)
       wall_force_[k] += increment[k];
   }
 }
 
 void MechSolver::solve_step(const bus::Step &step) {
-  for (std::size_t k = 0; k < blood_force_.size(); ++k)
-    problem_.load.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_force_[k];
+  interface_.set(blood_force_, problem_.load);
   if (filling_)
     problem_.interface_pressure = filling_->guess();
   begin_solve(step);
@@ -271,51 +255,22 @@ void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &s
 void MechSolver::show_motion(double dt) {
   fem::Vector velocity(d_);
   velocity -= problem_.d_n;
-  to_interface(velocity, wall_velocity_, 1 / dt);
-  to_interface(d_, displacement_);
+  interface_.get(velocity, wall_velocity_, 1 / dt);
+  interface_.get(d_, displacement_);
   wall_force_ = blood_force_;
 }
 
-void MechSolver::begin_probe(const bus::Step &step) {
-  problem_.time = step.time;
-  impedance_->begin(coupling_.repeats() ? step.size : step.size / 2);
-  to_interface(impedance_->force(), probe_force_);
-}
-
-void MechSolver::probe() {
-  fem::Vector blood_velocity = space_.make_vector(3);
-  for (std::size_t k = 0; k < probe_velocity_.size(); ++k)
-    blood_velocity.local_element(3 * interface_nodes_[k / 3] + k % 3) = probe_velocity_[k];
-  impedance_->add(blood_velocity);
-  to_interface(impedance_->force(), probe_force_);
-}
-
-void MechSolver::end_probe(const bus::Step &step) {
-  limit_ = impedance_->alpha_limit();
-  alpha_limit_.assign(alpha_limit_.size(), limit_);
-  log_->info("t = {:.4f} s: alpha may be up to {:.0f} kg/(m^2 s)", step.time - step.size, limit_);
-}
-
 void MechSolver::correct(const bus::Step &step) {
-  fem::Vector b = space_.make_vector(3), velocity_jump(b);
-  for (std::size_t k = 0; k < blood_velocity_.size(); ++k) {
-    b.local_element(3 * interface_nodes_[k / 3] + k % 3) = unit_pressure_force_[k];
-    velocity_jump.local_element(3 * interface_nodes_[k / 3] + k % 3) = blood_velocity_[k] - wall_velocity_[k];
-  }
+  fem::Vector b = correction_->unit_force();
   fem::zero_constrained(b, problem_.constrained());
-  if (!problem_.has_tangent())
-    problem_.linearise(d_);
-  if (response_tangent_ != problem_.n_tangents()) {
-    response_.reinit(b);
-    problem_.respond(response_, b);
-    response_tangent_ = problem_.n_tangents();
-  }
-  const double correction = step.size * (b * velocity_jump) / (b * response_);
-  d_.add(correction, response_);
+  const fem::Vector &w = response_.to(b, d_);
+  const double pressure = correction_->find(b, w, wall_velocity_, step.size);
+  d_.add(pressure, w);
   iterate_moves_.record(1, d_); // the next step starts from what will be before this
+  std::vector<double> force(interface_.values());
+  interface_.get(b, force, pressure);
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
-    blood_force_[k] += correction * b.local_element(3 * interface_nodes_[k / 3] + k % 3);
-  pressure_correction_.assign(pressure_correction_.size(), correction);
+    blood_force_[k] += force[k];
   show_motion(step.size);
 }
 
@@ -366,7 +321,7 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   state.field("displacement_3_before", 3, d_nm3_.begin());
   force_generation_.visit(state);
   if (space_.has_label("interface")) {
-    state.points("interface", fem::owned_points(space_, interface_nodes_), spacing);
+    state.points("interface", interface_.points(), spacing);
     state.field("blood_force", 3, blood_force_n_.data());
   }
   if (filling_)
@@ -380,13 +335,7 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
     fem::copy_owned(d_nm2_, d_nm3_);
     d_nm3_.sadd(2., -1., problem_.d_nm1);
   }
-
-  // The limit of alpha depends on step and scheme.
-  double repeats = coupling_.repeats(), same = repeats;
-  state.number("alpha_limit", limit_);
-  state.number("alpha_limit_of_iterations", same);
-  if (step_size != step.size || same != repeats)
-    limit_ = 0;
+  probe_.visit(state, step_size == step.size);
 }
 
 void MechSolver::save_state(const std::string &folder, const bus::Step &step) {
@@ -407,14 +356,8 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   blood_force_ = wall_force_ = blood_force_n_;
   fem::Vector velocity(d_);
   velocity -= problem_.d_nm1;
-  to_interface(velocity, wall_velocity_, 1 / step.size);
-  to_interface(d_, displacement_);
-  alpha_limit_.assign(alpha_limit_.size(), limit_);
-}
-
-void MechSolver::to_interface(const fem::Vector &v, std::vector<double> &values, double factor) const {
-  for (std::size_t k = 0; k < values.size(); ++k)
-    values[k] = factor * v.local_element(3 * interface_nodes_[k / 3] + k % 3);
+  interface_.get(velocity, wall_velocity_, 1 / step.size);
+  interface_.get(d_, displacement_);
 }
 
 double MechSolver::peak_tension() const {

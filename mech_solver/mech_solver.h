@@ -2,13 +2,15 @@
 
 #include "common/bus/solver.h"
 #include "common/fem/iterate_moves.h"
+#include "common/interface/pressure_correction.h"
+#include "common/interface/wall_probe.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/schema/scene.h"
 #include "mech_solver/cavity_filling.h"
 #include "mech_solver/elasticity_problem.h"
 #include "mech_solver/force_generation.h"
-#include "mech_solver/interface_impedance.h"
+#include "mech_solver/interface_wall.h"
 
 #include <functional>
 #include <memory>
@@ -23,8 +25,10 @@ namespace heartbus::mech {
 /// the blood's force, and the Robin datum for the blood. All forces are nodal forces on the solid [N]; with L the blood
 /// force and R_s the residual of the solid on interface nodes, R_s(d^{n+1}, s^{n+1}) = L. The datum of iteration k is
 ///
-///     k = 0:  v* = (d^n - d^{n-1})/dt,      W* = R_s(d^n, s^{n+1}) = L^n + int (P_act(d^n, s^{n+1}) - P_act(d^n, s^n))
-///     : grad phi k >= 1: v* = (d_(k) - d^n)/dt,        W* = L_(k)
+///     k = 0:   v* = (d^n - d^{n-1})/dt,
+///              W* = R_s(d^n, s^{n+1}) = L^n + int (P_act(d^n, s^{n+1}) - P_act(d^n, s^n)) : grad phi
+///     k >= 1:  v* = (d_(k) - d^n)/dt,
+///              W* = L_(k)
 ///
 /// (the paper prints (d_(k) - d^{n-1})/dt for k >= 1, which has a wrong fixed point). Forces at held degrees of freedom
 /// are zero.
@@ -35,13 +39,8 @@ class MechSolver : public bus::Solver {
   /// Writes displacement, tension, stretch and fibres when they are due.
   void write_fields(const std::string &folder, const OutputParameters &output);
 
-  /// Offers what the blood in another participant wants: the limit of alpha, the correction of the pressure.
-  void couple(const CouplingParameters &coupling);
-  /// No blood pushes: the initial pressure stays on the interface. Before `declare`.
-  void stand_alone() { is_alone_ = true; }
-
-  /// The blood has one pressure, which a circulation in another participant finds.
-  void fill_cavity() { filling_.emplace(problem_); }
+  /// What loads the interface; without it the blood's force does. Before `declare`.
+  void couple(const interface::WallSettings &settings);
 
   void declare(bus::Declaration &declaration) override;
   /// s^{n+1}; then v* and W* of k = 0.
@@ -55,15 +54,8 @@ class MechSolver : public bus::Solver {
   std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
-  // The limit of alpha, now and then since the wall stiffens and softens: probe_force is for the blood, which answers
-  // with probe_velocity.
-  void begin_probe(const bus::Step &step);
-  void probe();
-  void end_probe(const bus::Step &step);
-  /// The pressure pi that makes up for the step's volume defect (see docs/schemes.md): with the unit pressure's force b
-  /// and w = A^{-1} b,    pi = b.(u - v) dt / (b.w),    d += pi w,    L += pi b.
+  /// One pressure that makes up for the step's volume defect (common/interface/pressure_correction.h).
   void correct(const bus::Step &step);
-
   /// Moves the wall to where the circulation's pressure has it.
   void press(const bus::Step &step);
 
@@ -72,8 +64,8 @@ class MechSolver : public bus::Solver {
   fem::Vector &begin_solve(const bus::Step &step);
   void end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics);
   ElasticityProblem &problem() { return problem_; }
-  /// L^{n+1}, of which only a partitioned scheme that goes on from here takes notice. Before end_solve.
-  void set_blood_force(const fem::Vector &forces) { to_interface(forces, blood_force_); }
+  /// L^{n+1}, for who goes on from here with wall and blood apart. Before end_solve.
+  void set_blood_force(const fem::Vector &forces) { interface_.get(forces, blood_force_); }
 
  private:
   void declare_shares(bus::Declaration &bus);
@@ -87,8 +79,6 @@ class MechSolver : public bus::Solver {
   void find_equilibrium(const bus::Step &step);
   void choose_start(const bus::Step &step);
   void show_motion(double dt); ///< to the bus: displacement and velocity of d
-  /// Values of a nodal vector at the interface nodes, times a factor.
-  void to_interface(const fem::Vector &v, std::vector<double> &values, double factor = 1) const;
   double peak_tension() const; ///< of this rank's nodes
   void write(double time);
 
@@ -101,7 +91,7 @@ class MechSolver : public bus::Solver {
   fem::Vector d_, d_nm2_, d_nm3_, stretch_;
   fem::IterateMoves<fem::Vector> iterate_moves_;
 
-  std::vector<unsigned> interface_nodes_; ///< owned
+  interface::InterfaceNodes interface_;
   // what the bus reads and fills; calcium is negative until it arrives
   std::vector<double> calcium_, blood_force_, displacement_, wall_velocity_, wall_force_;
   std::vector<double> blood_force_n_;
@@ -112,14 +102,10 @@ class MechSolver : public bus::Solver {
   double own_cavity_volume_ = 0;      ///< [m^3]
   std::map<std::string, int> probes_; ///< the node, or -1 on other ranks
 
-  CouplingParameters coupling_;
-  std::optional<InterfaceImpedance> impedance_; ///< when somebody wants it
-  double limit_ = 0;                            ///< of alpha, the last estimate; 0: none yet
-  std::vector<double> probe_force_, probe_velocity_, alpha_limit_;
-  std::vector<double> blood_velocity_, unit_pressure_force_, pressure_correction_;
-  fem::Vector response_;          ///< w
-  unsigned response_tangent_ = 0; ///< number of the tangent of w
-
+  interface::WallProbe probe_;                          ///< of the limit of alpha
+  std::optional<InterfaceWall> linear_wall_;            ///< when blood in another participant pushes
+  std::optional<interface::WallCorrection> correction_; ///< likewise
+  PressureResponse response_;
   std::optional<CavityFilling> filling_; ///< when a circulation takes part
 
   OutputParameters output_;

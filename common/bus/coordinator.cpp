@@ -322,7 +322,7 @@ void Coordinator::handshake(const std::map<std::string, Expected> &expected, con
     participant.program = who.program;
     participant.n_ranks = ranks.size();
     all.participants.push_back(participant);
-    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds, who.settings});
+    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds, who.settings, who.coupling});
   }
   all.welcomed = true;
   all.collect_declarations();

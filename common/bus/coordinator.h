@@ -14,7 +14,8 @@ namespace heartbus::bus {
 
 /// What a participant has declared, as the coupler sees it.
 struct FieldInfo {
-  std::string name, point_set, unit, level; ///< point_set: see Declaration::global; level: of outputs
+  std::string name, point_set, unit; ///< point_set: see Declaration::global
+  std::string level;                 ///< of an output; of an input the task that reads it, or nothing
   unsigned components = 1;
   bool output = false;
   bool is_global() const { return point_set == Declaration::global; }
@@ -104,7 +105,8 @@ class Coordinator {
   struct Expected {
     std::string program; ///< empty: any
     int ranks = 0;
-    std::map<std::string, std::string> settings{}; ///< handed on to the participant
+    std::map<std::string, std::string> settings{}; ///< of the scene, handed on to the participant
+    std::map<std::string, std::string> coupling{}; ///< what the coupling asks of it, likewise
   };
   void handshake(const std::map<std::string, Expected> &expected, const std::string &scene_text,
                  const std::string &output_folder, double deadline_seconds);

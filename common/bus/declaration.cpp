@@ -29,8 +29,8 @@ void LocalDeclaration::output(const std::string &name, const std::string &point_
 }
 
 void LocalDeclaration::input(const std::string &name, const std::string &point_set, unsigned components,
-                             const std::string &unit, std::vector<double> &values) {
-  const FieldInfo field{name, point_set, unit, "", components, false};
+                             const std::string &unit, std::vector<double> &values, const std::string &task) {
+  const FieldInfo field{name, point_set, unit, task, components, false};
   info_.fields.push_back(field);
   fields_.push_back({field, nullptr, &values, n_values(point_set, components)});
 }

@@ -18,7 +18,7 @@ class LocalDeclaration : public Declaration {
   void output(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
               const std::string &level, const std::vector<double> &values) override;
   void input(const std::string &name, const std::string &point_set, unsigned components, const std::string &unit,
-             std::vector<double> &values) override;
+             std::vector<double> &values, const std::string &task = "") override;
   void task(const std::string &name, std::function<void(const Step &)> action) override;
   void scalar(const std::string &name, const std::string &unit, std::function<double()> value,
               Combine combine) override;

@@ -25,8 +25,10 @@ std::string Membership::key(const std::string &setting) const {
 
 const std::string *Membership::setting(const std::string &key) {
   asked_.insert(key);
-  const auto found = welcome.settings.find(key);
-  return found == welcome.settings.end() ? nullptr : &found->second;
+  for (const auto *texts : {&welcome.settings, &welcome.coupling})
+    if (const auto found = texts->find(key); found != texts->end())
+      return &found->second;
+  return nullptr;
 }
 
 void Membership::check_settings() const {

@@ -18,7 +18,8 @@ class Membership {
   /// The exit code when the launch ends before it has begun.
   std::optional<int> await_welcome();
 
-  /// What the scene says under `participants.NAME.settings`; null when it does not.
+  /// What the scene says under `participants.NAME.settings`, else what the coupling asks of this participant
+  /// (common/interface/settings.h); null when neither says it.
   const std::string *setting(const std::string &key);
   /// Failure(scene) when there is a setting that nobody has asked for.
   void check_settings() const;

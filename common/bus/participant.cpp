@@ -98,6 +98,10 @@ const std::string &Participant::setting(const std::string &key, const std::strin
   throw Failure(ExitCode::scene, "key '" + membership.key(key) + "' is missing: " + meaning);
 }
 
+const std::map<std::string, std::string> &Participant::coupling() const {
+  return implementation_->membership->welcome.coupling;
+}
+
 const std::string *Participant::setting(const std::string &key) { return implementation_->membership->setting(key); }
 
 int Participant::run(const std::function<void()> &body) {

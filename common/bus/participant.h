@@ -4,6 +4,7 @@
 #include "common/bus/solver.h"
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <mpi.h>
 #include <string>
@@ -36,6 +37,8 @@ class Participant {
   /// when it says nothing.
   const std::string &setting(const std::string &key, const std::string &meaning);
   const std::string *setting(const std::string &key); ///< null when it says nothing
+  /// What the coupling asks of this participant, in plain terms: common/interface/settings.h.
+  const std::map<std::string, std::string> &coupling() const;
 
   int run(const std::function<void()> &body);
   /// Handshake, then execute the coupler's commands until the end of the run.

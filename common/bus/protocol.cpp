@@ -3,17 +3,21 @@
 namespace heartbus::bus {
 
 Packer &operator<<(Packer &packer, const Welcome &welcome) {
-  packer << welcome.scene << welcome.output_folder << welcome.deadline << welcome.settings.size();
-  for (const auto &[key, value] : welcome.settings)
-    packer << key << value;
+  packer << welcome.scene << welcome.output_folder << welcome.deadline;
+  for (const auto *texts : {&welcome.settings, &welcome.coupling}) {
+    packer << texts->size();
+    for (const auto &[key, value] : *texts)
+      packer << key << value;
+  }
   return packer;
 }
 Unpacker &operator>>(Unpacker &unpacker, Welcome &welcome) {
   unpacker >> welcome.scene >> welcome.output_folder >> welcome.deadline;
-  for (auto n = unpacker.read<std::size_t>(); n > 0; --n) {
-    const auto key = unpacker.read<std::string>();
-    unpacker >> welcome.settings[key];
-  }
+  for (auto *texts : {&welcome.settings, &welcome.coupling})
+    for (auto n = unpacker.read<std::size_t>(); n > 0; --n) {
+      const auto key = unpacker.read<std::string>();
+      unpacker >> (*texts)[key];
+    }
   return unpacker;
 }
 

@@ -37,6 +37,7 @@ struct Welcome {
   std::string scene, output_folder;
   double deadline = 0;
   std::map<std::string, std::string> settings; ///< free keys of the scene, for this participant
+  std::map<std::string, std::string> coupling; ///< what the coupling asks of it; it may pass over them
 };
 
 struct Question {

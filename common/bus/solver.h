@@ -43,9 +43,10 @@ class Declaration {
   virtual void output(const std::string &name, const std::string &point_set, unsigned components,
                       const std::string &unit, const std::string &level, const std::vector<double> &values) = 0;
 
-  /// A nodal field that others may send.
+  /// A nodal field that others may send. `task`: the only one that reads it; without one every solve does, so that a
+  /// sequence has to send it before the first.
   virtual void input(const std::string &name, const std::string &point_set, unsigned components,
-                     const std::string &unit, std::vector<double> &values) = 0;
+                     const std::string &unit, std::vector<double> &values, const std::string &task = "") = 0;
 
   /// Something a sequence may order by name besides prepare, solve and commit; collective over the ranks.
   virtual void task(const std::string &name, std::function<void(const Step &)> action) = 0;

@@ -87,9 +87,8 @@ void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions)
       actions.push_back({node, iteration});
 }
 
-std::string to_text(const Nodes &nodes);
-
-std::string to_text(const Node &node) {
+/// Of a node with a body what precedes that.
+std::string head_of(const Node &node) {
   switch (node.kind) {
   case Node::Kind::prepare:
     return "prepare " + node.participant;
@@ -102,12 +101,12 @@ std::string to_text(const Node &node) {
   case Node::Kind::transfer:
     return node.field + " " + node.participant + "->" + node.receiver;
   case Node::Kind::repeat:
-    return std::to_string(node.times) + " times (" + to_text(node.body) + ")";
+    return std::to_string(node.times) + " times";
   case Node::Kind::until:
     return "until " + node.field + " of " + node.participant + " < " + config::shortest(node.limit) + ", at most " +
-           std::to_string(node.times) + " times (" + to_text(node.body) + ")";
+           std::to_string(node.times) + " times";
   case Node::Kind::every:
-    return "every " + std::to_string(node.times) + " steps (" + to_text(node.body) + ")";
+    return "every " + std::to_string(node.times) + " steps";
   case Node::Kind::turn:
     return "then " + node.receiver + (node.times > 0 ? " goes on with the next step" : " goes on");
   }
@@ -117,7 +116,7 @@ std::string to_text(const Node &node) {
 std::string to_text(const Nodes &nodes) {
   std::string text;
   for (const Node &node : nodes)
-    text += (text.empty() ? "" : "; ") + to_text(node);
+    text += (text.empty() ? "" : "; ") + head_of(node) + (node.body.empty() ? "" : " (" + to_text(node.body) + ")");
   return text;
 }
 
@@ -131,8 +130,10 @@ Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> 
     list += (list.empty() ? "" : ", ") + field;
   if (!missing.empty())
     throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + list);
-  return {sequence.name, cast(sequence.start, participants), cast(sequence.step, participants),
-          cast(sequence.constants, participants)};
+  Sequence kept = sequence;
+  for (Nodes *nodes : {&kept.start, &kept.step, &kept.constants})
+    *nodes = cast(*nodes, participants);
+  return kept;
 }
 
 std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
@@ -152,6 +153,13 @@ std::set<std::string> leaders(const Nodes &step) {
       for (const auto &[inner, iteration] : written_out(node.body))
         leading.erase(inner.participant);
   return leading;
+}
+
+std::string to_lines(const Nodes &nodes, const std::string &indent) {
+  std::string text;
+  for (const Node &node : nodes)
+    text += "\n" + indent + head_of(node) + to_lines(node.body, indent + "  ");
+  return text;
 }
 
 std::string to_text(const Sequence &sequence) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "common/bus/coordinator.h"
+#include "common/interface/settings.h"
 #include "common/schema/scene.h"
 
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -35,11 +37,19 @@ using Nodes = std::vector<Node>;
 struct Sequence {
   std::string name;
   Nodes start, step;
-  Nodes constants{}; ///< what never changes: sent before the start block, or before the states are loaded
+  Nodes constants{};               ///< what never changes: sent before the start block, or before the states are loaded
+  std::set<std::string> leaders{}; ///< who may run ahead of the others,
+  int ahead = 0;                   ///< by so many steps
 };
 
-/// The scheme that the scene asks for.
+/// The scheme that the scene asks for, line by line as it is defined.
+Sequence scheme(const CouplingParameters &coupling);
+
+/// The same as it is done in a run: after the passes of passes.h.
 Sequence make_sequence(const CouplingParameters &coupling);
+
+/// What blood and wall are told of the interface, by participant.
+std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene);
 
 /// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers that
 /// one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers that one of
@@ -56,11 +66,12 @@ std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
 /// Those of a step who receive nothing and on whom no decision depends: they may run ahead of the others.
 std::set<std::string> leaders(const Nodes &step);
 
-/// As printed at the start of a run.
+/// As printed at the start of a run: the lines of a scheme, each after a line break, and the whole of what is done.
+std::string to_lines(const Nodes &step, const std::string &indent = "  ");
 std::string to_text(const Sequence &sequence);
 
 /// Throws Failure(handshake) unless: everyone solves and commits once, nobody acts after its commit, each
-/// input that somebody offers is received before the first solve that reads it, and each field sent has been computed.
+/// input that somebody offers is received before the first solve or task that reads it, and each field sent has been computed.
 void check(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 } // namespace heartbus::coupler

@@ -40,6 +40,8 @@ void check_commits(const Sequence &sequence, const std::vector<Action> &step,
       refuse(sequence, "'" + participant.name + "' must be solved and committed in each step, but has no part in it");
 }
 
+std::string deed(const Node &node) { return node.kind == Node::Kind::solve ? "is solved" : "does '" + node.task + "'"; }
+
 void check_fields(const Sequence &sequence, const std::vector<Action> &actions,
                   const std::vector<bus::ParticipantInfo> &participants) {
   std::map<std::string, std::set<std::string>> received;
@@ -57,14 +59,15 @@ void check_fields(const Sequence &sequence, const std::vector<Action> &actions,
       continue;
     }
     active.insert(node.participant);
-    if (node.kind != Node::Kind::solve)
+    if (node.kind != Node::Kind::solve && node.kind != Node::Kind::task)
       continue;
     for (const auto &participant : participants)
       if (participant.name == node.participant)
         for (const auto &field : participant.fields)
-          if (!field.output && !received[participant.name].count(field.name) &&
+          if (!field.output && field.level == node.task && !received[participant.name].count(field.name) &&
               offered_by_another(field, participant, participants))
-            refuse(sequence, "'" + participant.name + "' is solved before it has received '" + field.name + "'");
+            refuse(sequence,
+                   "'" + participant.name + "' " + deed(node) + " before it has received '" + field.name + "'");
   }
 }
 

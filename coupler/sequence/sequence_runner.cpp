@@ -53,10 +53,8 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
   return stream;
 }
 
-SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence, int lookahead)
-    : coordinator_(coordinator), sequence_(sequence), lookahead_(lookahead) {
-  if (lookahead > 0)
-    leaders_ = leaders(sequence.step);
+SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence)
+    : coordinator_(coordinator), sequence_(sequence) {
   connect(sequence_.constants);
   connect(sequence_.start);
   connect(sequence_.step);
@@ -95,10 +93,10 @@ SequenceRunner::Reports SequenceRunner::step(const TimeControl &time, int number
 
 /// Leaders are told of this step and of some more.
 void SequenceRunner::lead(const TimeControl &time, int number) {
-  const int last = std::min(number + lookahead_, time.next_refresh(number));
+  const int last = std::min(number + sequence_.ahead, time.next_refresh(number));
   for (int n = std::max(number, last_led_ + 1); n <= last; ++n)
     for (const auto &[participant, command] : commands(sequence_.step, routes_, time.step(n)))
-      if (leaders_.count(participant))
+      if (sequence_.leaders.count(participant))
         coordinator_.order(participant, command);
   last_led_ = last;
 }
@@ -147,7 +145,7 @@ void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
     if (command.step.number > step.number)
       turns_.push_back({participant, command});
-    else if (!leaders_.count(participant))
+    else if (!sequence_.leaders.count(participant))
       coordinator_.order(participant, command);
 }
 

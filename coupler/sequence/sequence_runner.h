@@ -20,8 +20,8 @@ std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, c
 /// next one has been ordered already, and where a repetition depends on what somebody reports.
 class SequenceRunner {
  public:
-  /// Connects the routes that the sequence uses. Leaders are told of so many steps in advance.
-  SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence, int lookahead);
+  /// Connects the routes that the sequence uses.
+  SequenceRunner(bus::Coordinator &coordinator, const Sequence &sequence);
 
   using Reports = std::map<std::string, bus::Report>; ///< by participant
   Reports start(const bus::Step &step);
@@ -54,8 +54,7 @@ class SequenceRunner {
   bus::Coordinator &coordinator_;
   Sequence sequence_;
   Routes routes_;
-  int lookahead_, last_led_ = 0;  ///< of steps; the last one that leaders have been told of
-  std::set<std::string> leaders_; ///< only with look-ahead
+  int last_led_ = 0; ///< step that leaders have been told of
   struct Place {
     std::size_t node = 0;
     int iteration = 0;

@@ -34,6 +34,25 @@ class Conventions(unittest.TestCase):
         users = with_pattern(sources("api", "common/bus", "common/mapping"), forbidden)
         self.assertEqual(sorted(set(users) - of_our_programs), [])
 
+    def test_no_solver_knows_a_scheme(self):
+        """What differs from scheme to scheme comes as tasks or plain settings: common/interface/README.md."""
+        schema = (SOURCE / "common/schema/scene.cpp").read_text(encoding="utf-8")
+        names = re.findall(r'"([\w-]+)"', re.search(r'choice\("scheme", scheme, \{(.*?)\}', schema, flags=re.S)[1])
+        self.assertIn("EFS1", names)
+        own_words = {"adaptive", "circulation"}  # of step sizes; a participant
+        words = [rf"\b{re.escape(name)}\b" for name in names if name not in own_words]
+        pattern = "|".join([*words, r"\bE1FS", r"scheme\s*[!=]=", r"\bCouplingParameters\b", r"\bscene\.coupling\b"])
+        folders = [name for name in ALL if name not in ("coupler", "common")]
+        files = [file for file in sources(*folders, "common") if "common/schema/" not in str(file)]
+        self.assertEqual(with_pattern(files, pattern), [])
+
+    def test_a_scheme_is_a_function_of_at_most_twenty_lines(self):
+        text = (SOURCE / "coupler/sequence/schemes.cpp").read_text(encoding="utf-8")
+        lengths = {name: body.count("\n") + 1
+                   for body, name in re.findall(r"^(Nodes (\w+)\(.*?^})", text, flags=re.S | re.M)}
+        self.assertTrue({"EFS1", "E1FS", "E1FS_until", "E1FSinf", "EFS1_corrected", "one_way"} <= set(lengths))
+        self.assertEqual({name: n for name, n in lengths.items() if n > 20}, {})
+
     def test_headers_are_included_once(self):
         headers = [file for file in sources(*ALL) if file.suffix == ".h"]
         once = re.compile(r"#pragma once|#ifndef HEARTBUS_H\n#define HEARTBUS_H\n")  # the latter is C

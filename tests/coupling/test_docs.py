@@ -19,7 +19,7 @@ from documents import SOURCE, Document, files
 BIN = Path(os.environ["HEARTBUS_BIN"])
 DOCUMENTS = [Document(file) for file in files("*.md")]
 CODE = files("*.h", "*.cpp", "*.py", "*.yaml", "*.sh", "CMakeLists.txt")
-TABLED = ["ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver", "coupler", "common/bus"]
+TABLED = ["ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver", "coupler", "common/bus", "common/interface"]
 MADE = ("results/", "report/", "fields/", "checkpoints/", "logs/", "build/", "bin/", "lib/", "include/", "share/")
 DOI = re.compile(r"\b10\.\d{4,5}/[\w.()/-]*\w")
 sys.path[:0] = [str(SOURCE / "tools")]

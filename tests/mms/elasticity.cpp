@@ -1,5 +1,5 @@
 #include "common/geometry/mesh_tools.h"
-#include "mech_solver/interface_impedance.h"
+#include "mech_solver/interface_wall.h"
 #include "mpi_test_main.h"
 
 #include <functional>
@@ -424,15 +424,16 @@ TEST(Elasticity, StepImpedanceOfAColumnIsThatOfTheOneDimensionalMatrices) {
 
 /// With blood that yields to a force by so much of what the wall does.
 double alpha_limit(Column &column, double dt, double share = 0) {
-  InterfaceImpedance impedance(column.problem);
-  impedance.begin(dt);
+  InterfaceWall wall(column.problem);
+  interface::AlphaLimit limit(wall);
+  limit.begin(dt, 0);
   for (int probe = 0; probe < 12; ++probe) {
     fem::Vector wall_velocity = column.space.make_vector(3);
-    column.problem.respond(wall_velocity, impedance.force());
+    column.problem.respond(wall_velocity, limit.force());
     wall_velocity *= -share / dt;
-    impedance.add(wall_velocity);
+    limit.add(wall_velocity);
   }
-  return impedance.alpha_limit();
+  return limit.value();
 }
 
 TEST(Elasticity, LimitOfAlphaIsTwiceTheImpedanceOfTheOneDimensionalMatrices) {

@@ -250,7 +250,7 @@ void expect_the_same_held(Valve valve) {
   mech::MechSolver wall(merged.wall, merged.fibres, scene.mech, log);
   test::LonelyBus of_wall, of_blood;
   wall.declare(of_wall);
-  fluid::FluidSolver blood(merged.cavity, scene.fluid, 5000, dt, log);
+  fluid::FluidSolver blood(merged.cavity, scene.fluid, interface::BloodSettings{}, dt, log);
   blood.declare(of_blood);
   *of_blood.inputs.at("held") = merged.map.to_fluid(*of_wall.outputs.at("held"), 3);
   of_blood.tasks.at("hold")({});

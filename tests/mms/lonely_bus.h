@@ -24,7 +24,7 @@ struct LonelyBus : bus::Declaration {
     outputs[name] = &values;
   }
   void input(const std::string &name, const std::string &, unsigned, const std::string &,
-             std::vector<double> &values) override {
+             std::vector<double> &values, const std::string &) override {
     inputs[name] = &values;
   }
   void task(const std::string &name, std::function<void(const bus::Step &)> action) override { tasks[name] = action; }

@@ -54,7 +54,7 @@ struct Wall {
       : space(MPI_COMM_WORLD, mesh), fibres(space, straight()),
         solver(space, fibres, parameters,
                std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::null_sink_mt>())) {
-    solver.stand_alone();
+    solver.couple({interface::WallSettings::Load::initial_pressure});
     solver.declare(bus);
     bus.tasks.at("inflate")({});
   }
@@ -194,7 +194,7 @@ TEST(WallAlone, RegionsHaveALawADensityAndATensionOfTheirOwn) {
   const fem::Fibres fibres(space, along);
   MechSolver solver(space, fibres, parameters,
                     std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::null_sink_mt>()));
-  solver.stand_alone();
+  solver.couple({interface::WallSettings::Load::initial_pressure});
   test::LonelyBus bus;
   solver.declare(bus);
   bus.tasks.at("inflate")({});

@@ -1,10 +1,11 @@
-#include "fluid_solver/instability_watch.h"
+#include "common/interface/instability_watch.h"
 #include "fluid_solver/inflow_watch.h"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
 using namespace heartbus::fluid;
+using namespace heartbus::interface;
 
 namespace {
 
@@ -71,7 +72,7 @@ std::string told(double factor, Runaway seen) {
   } while (!watch.add(std::abs(x), 0.1, false, x * before > 0 ? 1 : -1));
   seen.disagreement = std::abs(x);
   seen.alternates = watch.alternates();
-  return explanation(seen);
+  return explanation(seen, 0);
 }
 
 bool says(const std::string &text, const std::string &words) { return text.find(words) != std::string::npos; }

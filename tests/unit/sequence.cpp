@@ -28,7 +28,7 @@ std::vector<bus::ParticipantInfo> heart() {
           participant("ale", {"mesh_motion"}, {"displacement"}, {}),
           participant("fluid", {"blood_force", "probe_velocity"},
                       {"mesh_motion", "wall_velocity", "wall_force", "probe_force", "alpha_limit"},
-                      {"start", "budget", "probe"})};
+                      {"start", "budget", "begin_probe", "probe", "follow_limit"})};
 }
 
 std::vector<bus::ParticipantInfo> without(std::vector<bus::ParticipantInfo> all, const std::string &name) {
@@ -112,7 +112,7 @@ TEST(Sequence, IterationsGoOnFromTheOneBefore) {
 TEST(Sequence, TheLimitOfAlphaIsFoundNowAndThenAndDoesNotCountIterations) {
   const Sequence sequence = scheme("EFS1");
   EXPECT_NE(
-      to_text(sequence).find("every 1000 steps (begin_probe mech; 12 times (probe_force mech->fluid; probe fluid; "
+      to_text(sequence).find("every 1000 steps (begin_probe mech; begin_probe fluid; 12 times (probe_force mech->fluid; probe fluid; "
                              "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
       std::string::npos)
       << to_text(sequence);
@@ -305,4 +305,70 @@ TEST(Sequence, WorkAfterTheCommitIsRefused) {
   Sequence sequence = scheme("EFS1");
   sequence.step.push_back({Node::Kind::solve, "ep", "", "", "", 1, {}});
   EXPECT_NE(complaint(sequence, heart()).find("'ep' is busy after its commit"), std::string::npos);
+}
+
+TEST(Sequence, ASchemeIsPrintedLineByLineAsItIsDefined) {
+  CouplingParameters coupling;
+  coupling.scheme = "E1FS";
+  coupling.iterations = 2;
+  EXPECT_EQ(to_lines(coupler::scheme(coupling).step),
+            "\n  solve ep\n  calcium ep->mech\n  prepare mech\n  displacement mech->ale\n  solve ale\n"
+            "  mesh_motion ale->fluid\n  2 times\n    wall_velocity mech->fluid\n    wall_force mech->fluid\n"
+            "    solve fluid\n    blood_force fluid->mech\n    solve mech\n  wall_velocity mech->fluid\n  budget fluid\n"
+            "  commit ep\n  commit mech\n  commit ale\n  commit fluid");
+}
+
+TEST(Sequence, AnInputOfATaskIsReceivedBeforeThatTask) {
+  auto participants = heart();
+  participants[1].fields.push_back({"blood_velocity", "interface", "m/s", "correct", 3, false});
+  participants[1].fields.push_back({"unit_pressure_force", "interface", "m^2", "correct", 3, false});
+  participants[1].fields.push_back({"pressure_correction", "interface", "Pa", "n+1", 1, true});
+  participants[1].tasks.push_back("correct");
+  participants[3].fields.push_back({"blood_velocity", "interface", "m/s", "n+1", 3, true});
+  participants[3].fields.push_back({"unit_pressure_force", "interface", "m^2", "n+1", 3, true});
+  participants[3].fields.push_back({"pressure_correction", "interface", "Pa", "correct", 1, false});
+  participants[3].tasks.insert(participants[3].tasks.end(), {"begin_correction", "correct"});
+  EXPECT_EQ(complaint(scheme("EFS1"), participants), "") << "nobody is told to correct";
+  Sequence corrected = scheme("EFS1-corrected");
+  EXPECT_EQ(complaint(corrected, participants), "");
+  const auto at = [&](const std::string &field) {
+    return std::find_if(corrected.step.begin(), corrected.step.end(), [&](const Node &n) { return n.field == field; });
+  };
+  std::iter_swap(at("pressure_correction"), at("pressure_correction") + 1);
+  EXPECT_NE(complaint(corrected, participants).find("'fluid' does 'correct' before it has received 'pressure_correction'"),
+            std::string::npos)
+      << complaint(corrected, participants);
+}
+
+TEST(Sequence, BloodAndWallAreToldOfTheInterfaceInPlainTerms) {
+  SceneParameters scene;
+  scene.participants = {{"mech", {}}, {"fluid", {}}};
+  using interface::BloodSettings, interface::WallSettings;
+  const auto blood = [&] { return interface::blood_settings(interface_settings(scene).at("fluid")); };
+  const auto wall = [&] { return interface::wall_settings(interface_settings(scene).at("mech")); };
+  EXPECT_EQ(blood().condition, BloodSettings::Condition::robin);
+  EXPECT_EQ(blood().alpha, 5000);
+  EXPECT_EQ(blood().alternation, interface::Alternation::steps);
+  EXPECT_EQ(wall().load, WallSettings::Load::blood_force);
+  scene.coupling.scheme = "adaptive";
+  scene.coupling.iterations = 2;
+  scene.coupling.automatic_alpha = true;
+  EXPECT_EQ(blood().alpha, 0) << "until it is known";
+  EXPECT_EQ(blood().alternation, interface::Alternation::iterations);
+  EXPECT_EQ(wall().alternation, interface::Alternation::iterations);
+  scene.coupling = {};
+  scene.coupling.scheme = "one_way";
+  EXPECT_EQ(blood().condition, BloodSettings::Condition::motion);
+  EXPECT_EQ(wall().load, WallSettings::Load::initial_pressure);
+  scene.coupling = {};
+  scene.participants = {{"mech", {}}};
+  EXPECT_EQ(wall().load, WallSettings::Load::initial_pressure) << "no blood takes part";
+  scene.participants = {{"mech", {}}, {"circulation", {}}};
+  EXPECT_EQ(wall().load, WallSettings::Load::cavity_pressure);
+}
+
+TEST(InterfaceSettings, WhatIsNotKnownIsRefused) {
+  EXPECT_EQ(interface::blood_settings({}).condition, interface::BloodSettings::Condition::merged);
+  EXPECT_THROW(interface::blood_settings({{"condition", "slip"}}), Failure);
+  EXPECT_THROW(interface::wall_settings({{"load", "5000"}}), Failure);
 }

@@ -4,7 +4,7 @@
 #include <deque>
 #include <string>
 
-namespace heartbus::fluid {
+namespace heartbus::interface {
 
 /// Recognises that the coupling runs away. What blood and wall disagree by at the end of a step, alpha |u - v|, is a
 /// pressure that the next step has to make up for. The pressure in a beating heart changes by 3e5 Pa/s; a valve that
@@ -60,17 +60,17 @@ class InstabilityWatch {
 
 /// What is known when a coupling runs away.
 struct Runaway {
-  double disagreement = 0;            ///< [Pa]
-  double alpha = 0, alpha_limit = 0;  ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
-  bool alternates = false;            ///< the disagreement changes its sign from step to step
-  bool iterates = false;              ///< blood and wall are solved more than once a step
+  double disagreement = 0;           ///< [Pa]
+  double alpha = 0, alpha_limit = 0; ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
+  bool alternates = false;           ///< the disagreement changes its sign from step to step
+  bool iterates = false;             ///< blood and wall are solved more than once a step
   bool automatic_alpha = false;
-  double pressure = 0;                ///< mean of the blood [Pa]
 };
 
 /// What is seen, and what may help: alpha where it is above its limit or the disagreement alternates, but not below half
 /// the limit: what alternates there is driven by something else, e.g. by a tension beyond all hearts. The limit of
 /// iterations lies up to half above the border (docs/schemes.md), and they need not alternate.
-std::string explanation(const Runaway &seen);
+/// `pressure`: mean of the blood [Pa].
+std::string explanation(const Runaway &seen, double pressure);
 
-} // namespace heartbus::fluid
+} // namespace heartbus::interface

@@ -1,0 +1,38 @@
+#pragma once
+
+#include "common/bus/stopwatch.h"
+#include "common/fem/linear_solver.h"
+#include "common/fem/rounded_matrix.h"
+#include "mech_solver/parameters.h"
+
+#include <memory>
+#include <string>
+
+namespace heartbus::mech {
+
+/// Solves with the wall's tangent, and knows its preconditioner: kept for as long as it serves about as well as when it
+/// was new. Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. So do
+/// dynamic ones of walls that hardly change their volume (kappa above some 100 kPa on fine meshes).
+class TangentSolver {
+ public:
+  explicit TangentSolver(const SolverParameters &parameters) : parameters_(parameters) {}
+
+  bool is_static = true; ///< the systems that come
+  void forget_preconditioner() { is_old_ = true; }
+  std::string preconditioner_kind() const;
+  /// How many iterations a linear solver may take before `go_over_to_multigrid` is worth its set-up.
+  unsigned most_iterations() const;
+  /// Whether that is another preconditioner than so far.
+  bool go_over_to_multigrid();
+  /// tangent dx = force, starting from dx. `rounded`: the tangent for iterations. Returns them.
+  unsigned solve(const fem::NodalMatrix &tangent, const fem::RoundedMatrix &rounded, fem::Vector &dx,
+                 const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch);
+
+ private:
+  const SolverParameters parameters_;
+  std::unique_ptr<fem::Preconditioner> preconditioner_;
+  unsigned usual_iterations_ = 0; ///< with a new preconditioner
+  bool is_old_ = true, is_stiff_ = false;
+};
+
+} // namespace heartbus::mech
