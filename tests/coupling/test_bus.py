@@ -242,4 +242,4 @@ class Recording(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    main_side_by_side(3)
+    main_side_by_side(2)
