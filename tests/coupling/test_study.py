@@ -15,7 +15,7 @@ sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
 
 from study import measures, table  # noqa: E402
-from study.budget import Neighbour, advice  # noqa: E402
+from study.budget import Neighbour, Plan, advice  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
 from study.launch import beginning, checkpoint, defaults  # noqa: E402
 from study.pareto import cheapest, front, limits  # noqa: E402
@@ -244,6 +244,15 @@ class StudiesOfTheProject(unittest.TestCase):
                 study = Study(file, known)
                 for run in study.runs:
                     study.case(run)
+
+
+    def test_a_budget_varies_what_auto_comes_to(self):
+        scene = SOURCE / "configs/ideal_lv/efs1.yaml"
+        for mesh, coarser, finer in (("M0", 1, 3), ("M1", 0, 2)):
+            tree = Study(scene, defaults(), scene, [f"mesh={mesh}"], None, {"also": {"scene": {}}}).base_tree
+            runs = Plan(tree, defaults()).runs
+            self.assertEqual(runs["ep_mesh_finer"]["electrophysiology.refinements"], finer)
+            self.assertEqual(runs["ep_mesh_coarser"]["electrophysiology.refinements"], coarser)
 
 
 class Choice(unittest.TestCase):

@@ -26,6 +26,7 @@ from .table import costs, markdown
 FINER = {"MXS": ("M0", -1), "M0": ("M1", -1), "M1": ("M2", 0), "M2": ("M3", 0)}
 COARSER = {fine: (coarse, -change) for coarse, (fine, change) in FINER.items()}
 DIAMETER = {"MXS": 31, "M0": 15.87, "M1": 6.265, "M2": 4.204, "M3": 3.135}  # mean of the wall's cells [mm]
+AUTO = {"MXS": 3, "M0": 2, "M1": 1, "M2": 0, "M3": 0}  # what `electrophysiology.refinements: auto` comes to
 STEP_S = {"MXS": 0.0015, "M0": 0.0075, "M1": 0.07, "M2": 0.22, "M3": 0.55}  # about, CPU time of a step [s]
 LIMIT_S = 500  # CPU seconds: a finer mesh that costs more is compared at a larger step
 OF = {"EF": "points", "p_max": "mmHg", "V": "%", "p": "%", "activation": "ms"}
@@ -124,6 +125,8 @@ class Plan:
 
     def own_mesh(self):
         n = self.at("electrophysiology.refinements")
+        if n == "auto" and self.at("geometry.shape") == "ideal_left_ventricle":
+            n = AUTO.get(self.at("geometry.mesh"), n)
         if not isinstance(n, int):
             self.notes.append(f"electrophysiology's mesh: electrophysiology.refinements is '{n}'; give a number to vary it")
             return
