@@ -5,7 +5,6 @@
 namespace heartbus::ep {
 
 using fem::Lanes;
-using fem::n_lanes;
 
 Cells::Cells(const IonicModel &model, Integrator integrator, unsigned n_nodes)
     : model_(model), integrator_(integrator), I_ion_(n_nodes), curvature_(n_nodes), error_(n_nodes) {}

@@ -15,7 +15,7 @@ using fem::Vector;
 
 namespace {
 
-constexpr double round_off = 1e-9; // of times
+constexpr double round_off = 1e-6; // of times, over a step
 
 } // namespace
 
@@ -42,7 +42,8 @@ EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<
                    const Parameters &parameters)
     : space_(space), period_(parameters.stimulus.period), control_(parameters),
       integrator_(integrator(parameters.integrator)), model_(make_ionic_model(parameters.ionic_model)),
-      cells_(*model_, integrator_, space.n_owned_nodes()), stimulus_(parameters.stimulus, space.points(), space.communicator()),
+      cells_(*model_, integrator_, space.n_owned_nodes()),
+      stimulus_(parameters.stimulus, space.points(), space.communicator()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
       solved_(current_), is_fast_(space.n_owned_nodes()), calcium_(space.n_owned_nodes()) {
   const CellState cell = model_->initial_state(parameters.initial_state);
@@ -101,7 +102,7 @@ void EPSolver::advance_to(const bus::Step &step) {
   std::fill(is_fast_.begin(), is_fast_.end(), false);
   for (;;) {
     const double length = division.steps * size;
-    begin_advance(n_.end + length);
+    begin_advance(step.time + (division.steps - 1) * size); // not n_.end + length, whose rounding adds up
     const Estimate estimate = advance(division, length);
     const Division finer = control_.refine(size, division, estimate.of_all);
     const bool same = finer.steps == division.steps && finer.substeps == division.substeps;

@@ -367,6 +367,19 @@ TEST(Monodomain, StepsAheadEndWithTheBeat) {
   EXPECT_TRUE(std::isnan(bar.last_activation()));
 }
 
+/// Steps end where those of the coupling do, after many of them too: rounding does not add up.
+TEST(Monodomain, StepsAheadStayOnTheStepsOfTheCoupling) {
+  Bar bar(2e-3, 4, diagonal(1.68e-4, 1.68e-4, 1.68e-4), 0, "exponential_midpoint");
+  const double dt = 1e-4;
+  for (int n = 1; n <= 24000; ++n) { // three beats
+    const bus::Step step{n, 0, n * dt, dt};
+    bar.solver.solve_step(step);
+    bar.solver.commit_step(step);
+    ASSERT_NEAR(bar.solver.end(), std::round(bar.solver.end() / dt) * dt, 1e-11 * dt) << "step " << n;
+  }
+  EXPECT_NEAR(bar.solver.end(), 2.4, 1e-9);
+}
+
 /// All ranks together decide as one alone.
 TEST(Monodomain, SubstepsDoNotDependOnRanks) {
   const Conductivity D = diagonal(1.68e-4, 1.68e-4, 1.68e-4);
