@@ -1,6 +1,6 @@
 #include "ale_solver/ale_solver.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 

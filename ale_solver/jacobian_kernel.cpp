@@ -1,6 +1,6 @@
 #include "ale_solver/jacobian_kernel.h"
 
-#include "common/fem/small_matrix.h"
+#include "common/simd/small_matrix.h"
 
 namespace heartbus::ale {
 

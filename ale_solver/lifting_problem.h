@@ -1,11 +1,11 @@
 #pragma once
 
-#include "ale_solver/parameters.h"
-#include "common/bus/stopwatch.h"
-#include "common/fem/block_ilu.h"
+#include "ale_solver/settings/parameters.h"
+#include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/nodal_matrix.h"
+#include "common/linear_algebra/block_ilu.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/nodal_matrix.h"
 
 #include <memory>
 
@@ -38,9 +38,9 @@ class LiftingProblem {
 
   const fem::LagrangeSpace &space_;
   double tolerance_;
-  fem::Constraints constrained_; ///< three components a node
-  fem::NodalMatrix laplace_;     ///< without constraints: for residuals
-  fem::NodalMatrix matrix_;      ///< with those of nodes that are wholly prescribed
+  fem::Constraints constrained_;                 ///< three components a node
+  fem::NodalMatrix laplace_;                     ///< without constraints: for residuals
+  fem::NodalMatrix matrix_;                      ///< with those of nodes that are wholly prescribed
   std::unique_ptr<fem::BlockILU> factorisation_; ///< of that
   double smallest_J_ = 1;
 };

@@ -3,7 +3,7 @@
 #include "common/fem/on_root.h"
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 using namespace heartbus;
 

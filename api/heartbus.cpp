@@ -2,7 +2,7 @@
 
 #include "common/bus/membership.h"
 #include "common/bus/server.h"
-#include "common/config/units.h"
+#include "common/units/units.h"
 
 #include <cstdlib>
 #include <deque>
@@ -233,7 +233,8 @@ int heartbus_fail(heartbus_bus *bus, int code, const char *message) {
 int heartbus_leave(heartbus_bus *bus) {
   bus->does([&] {
     if (!bus->server.has_finished())
-      throw Failure(ExitCode::handshake, "it leaves before the end of the run, when heartbus_next has not returned HEARTBUS_END yet");
+      throw Failure(ExitCode::handshake,
+                    "it leaves before the end of the run, when heartbus_next has not returned HEARTBUS_END yet");
     bus->membership.link.wait_for_the_end();
   });
   if (const int code = bus->code())

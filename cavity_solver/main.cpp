@@ -1,8 +1,8 @@
 #include "cavity_solver/cavity_solver.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/bus/participant.h"
-#include "common/config/units.h"
-#include "common/schema/scene.h"
+#include "common/units/units.h"
+#include "scene/scene.h"
 
 #include <stdexcept>
 

@@ -10,9 +10,9 @@ foreach(target ${targets})
 endforeach()
 
 file(GLOB_RECURSE own_sources CONFIGURE_DEPENDS
-  ${CMAKE_SOURCE_DIR}/common/*.cpp ${CMAKE_SOURCE_DIR}/*_solver/*.cpp ${CMAKE_SOURCE_DIR}/coupler/*.cpp)
+  ${CMAKE_SOURCE_DIR}/common/*.cpp ${CMAKE_SOURCE_DIR}/*_solver/*.cpp ${CMAKE_SOURCE_DIR}/coupler/*.cpp ${CMAKE_SOURCE_DIR}/scene/*.cpp)
 file(GLOB_RECURSE own_headers CONFIGURE_DEPENDS
-  ${CMAKE_SOURCE_DIR}/common/*.h ${CMAKE_SOURCE_DIR}/*_solver/*.h ${CMAKE_SOURCE_DIR}/coupler/*.h)
+  ${CMAKE_SOURCE_DIR}/common/*.h ${CMAKE_SOURCE_DIR}/*_solver/*.h ${CMAKE_SOURCE_DIR}/coupler/*.h ${CMAKE_SOURCE_DIR}/scene/*.h)
 file(GLOB_RECURSE own_tests CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/*.cpp ${CMAKE_SOURCE_DIR}/tests/*.h)
 
 add_custom_target(format COMMAND clang-format -i ${own_sources} ${own_headers} ${own_tests} VERBATIM)

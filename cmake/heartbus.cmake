@@ -14,29 +14,16 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|amd64|AMD64")
   set(heartbus_unaligned "-Wa,-muse-unaligned-vector-move")
 endif()
 
-# heartbus_library(NAME [DEALII] SOURCES folders-or-files LIBS ...): library heartbus_NAME of all sources below the
-# folders, except main*.cpp and what another library of the same folder owns.
+# heartbus_library(NAME [DEALII] SOURCES folders LIBS ...): library heartbus_NAME of all sources in the folders (not of
+# those below), except main*.cpp.
 function(heartbus_library name)
   cmake_parse_arguments(A "DEALII" "" "SOURCES;LIBS" ${ARGN})
   set(files "")
   foreach(source ${A_SOURCES})
-    if(source MATCHES "\\.cpp$")
-      list(APPEND files ${PROJECT_SOURCE_DIR}/${source})
-    else()
-      file(GLOB_RECURSE found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${source}/*.cpp)
-      list(APPEND files ${found})
-    endif()
+    file(GLOB found CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${source}/*.cpp)
+    list(APPEND files ${found})
   endforeach()
   list(FILTER files EXCLUDE REGEX "/main[^/]*\\.cpp$")
-  if(NOT name STREQUAL "schema")
-    list(FILTER files EXCLUDE REGEX "_solver/parameters\\.cpp$")
-  endif()
-  if(NOT name STREQUAL "units")
-    list(FILTER files EXCLUDE REGEX "/config/(units|nearest)\\.cpp$")
-  endif()
-  if(NOT name STREQUAL "models")
-    list(FILTER files EXCLUDE REGEX "/(ionic|constitutive|active)/|/fluid_solver/(valves|navier_stokes_kernel)\\.cpp$")
-  endif()
   # Compute kernels hold no deal.II type: they get -O3, and no precompiled header.
   set(kernels ${files})
   list(FILTER kernels INCLUDE REGEX "(_kernel\\.cpp|/ionic/[^/]*\\.cpp)$")

@@ -1,8 +1,8 @@
 #include "coupler/checkpoints.h"
 
-#include "common/bus/failure.h"
-#include "common/config/units.h"
-#include "common/schema/model.h"
+#include "common/base/failure.h"
+#include "common/units/units.h"
+#include "scene/model.h"
 
 #include <algorithm>
 #include <array>

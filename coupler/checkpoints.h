@@ -1,9 +1,9 @@
 #pragma once
 
-#include "common/schema/scene.h"
 #include "coupler/file_lock.h"
 #include "coupler/manifest.h"
 #include "coupler/time_control.h"
+#include "scene/scene.h"
 
 #include <memory>
 #include <set>

@@ -1,6 +1,6 @@
 #include "coupler/file_lock.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cerrno>
 #include <fcntl.h>

@@ -1,8 +1,8 @@
 #include "coupler/launch.h"
 
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
+#include "common/base/failure.h"
 #include "common/geometry/shapes.h"
+#include "common/units/nearest.h"
 
 #include <cctype>
 #include <cstdlib>

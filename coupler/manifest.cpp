@@ -1,6 +1,6 @@
 #include "coupler/manifest.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/io/checksum.h"
 
 #include <cmath>
@@ -98,13 +98,11 @@ void write_manifest(const std::string &folder, const Manifest &manifest) {
   ordered_json files;
   std::error_code error;
   for (const auto &entry : fs::directory_iterator(folder, error))
-    files[entry.path().filename()] = {{"bytes", entry.file_size(error)}, {"checksum", io::checksum_of_file(entry.path())}};
-  const ordered_json json{{"format", format},
-                          {"step", manifest.step},
-                          {"time", manifest.time},
-                          {"step_size", manifest.step_size},
-                          {"model", manifest.model},
-                          {"files", files}};
+    files[entry.path().filename()] = {{"bytes", entry.file_size(error)},
+                                      {"checksum", io::checksum_of_file(entry.path())}};
+  const ordered_json json{{"format", format},        {"step", manifest.step},
+                          {"time", manifest.time},   {"step_size", manifest.step_size},
+                          {"model", manifest.model}, {"files", files}};
   std::ofstream file(fs::path(folder) / file_name);
   file << sealed(json.dump());
   file.close();

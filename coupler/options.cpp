@@ -1,7 +1,7 @@
 #include "coupler/options.h"
 
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
+#include "common/base/failure.h"
+#include "common/units/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 #include <optional>
 #include <string>

@@ -1,8 +1,8 @@
 #include "coupler/simulation.h"
 
-#include "common/config/units.h"
 #include "common/io/field_writer.h"
 #include "common/log/log.h"
+#include "common/units/units.h"
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/provenance.h"
@@ -186,7 +186,8 @@ bus::Step Simulation::restart(SequenceRunner &runner, const TimeControl &time) {
   const double size = time.step(1).size;
   const bus::Step step = time.step(static_cast<int>(std::lround(restart_->manifest.time / size)));
   if (std::abs(step.time - restart_->manifest.time) > 1e-6 * size || step.number > time.n_steps())
-    throw Failure(ExitCode::scene, "checkpoint " + restart_->folder + " is of t = " + config::shortest(restart_->manifest.time) +
+    throw Failure(ExitCode::scene, "checkpoint " + restart_->folder +
+                                       " is of t = " + config::shortest(restart_->manifest.time) +
                                        " s; that must be a multiple of 'time.step' (" + config::shortest(size) +
                                        " s) and not beyond 'time.end' (" + config::shortest(scene_.time.end) + " s)");
   last_reports_ = runner.states(bus::Command::Kind::load, restart_->folder, step);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +22,7 @@ class TimeControl {
   }
   int last_refresh() const { return n_steps_ - n_steps_ % refresh_interval; }
 
-  explicit TimeControl(const TimeParameters &time)
-      : size_(time.step), period_(time.period), n_steps_(time.n_steps()) {}
+  explicit TimeControl(const TimeParameters &time) : size_(time.step), period_(time.period), n_steps_(time.n_steps()) {}
   int n_steps() const { return n_steps_; }
   /// The step that ends at t^number; 0 is the start block.
   bus::Step step(int number) const { return {number, 0, number * size_, size_}; }

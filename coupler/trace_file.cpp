@@ -1,6 +1,6 @@
 #include "coupler/trace_file.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cmath>
 #include <fstream>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/fem/fibres.h"
-#include "ep_solver/parameters.h"
+#include "common/fibres/fibres.h"
+#include "ep_solver/settings/parameters.h"
 
 namespace heartbus::ep {
 

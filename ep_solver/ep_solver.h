@@ -3,7 +3,7 @@
 #include "common/bus/solver.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
-#include "common/schema/scene.h"
+#include "common/settings/output.h"
 #include "ep_solver/cells.h"
 #include "ep_solver/monodomain_problem.h"
 #include "ep_solver/stimulus.h"

@@ -3,9 +3,9 @@
 #include "common/fem/runtime.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
-#include "common/schema/scene.h"
 #include "ep_solver/conductivity.h"
 #include "ep_solver/ep_solver.h"
+#include "scene/scene.h"
 
 using namespace heartbus;
 
@@ -15,8 +15,7 @@ int main(int argc, char **argv) {
     const SceneParameters scene = read_scene(participant.scene_text(), "scene");
     const fem::Runtime runtime(participant.communicator());
     const MPI_Comm communicator = participant.communicator();
-    const geometry::Mesh wall =
-        fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); });
+    const geometry::Mesh wall = fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); });
     const double edge = dealii::Utilities::MPI::broadcast(communicator, geometry::longest_edge(wall));
     const fem::LagrangeSpace space(communicator, wall, scene.ep.refinements_of(edge), scene.ep.degree);
     const fem::Fibres fibres(space, scene.fibres);

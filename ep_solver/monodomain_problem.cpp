@@ -1,6 +1,6 @@
 #include "ep_solver/monodomain_problem.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cmath>
 

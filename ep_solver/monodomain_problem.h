@@ -1,8 +1,8 @@
 #pragma once
 
-#include "common/bus/stopwatch.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/rounded_matrix.h"
+#include "common/base/stopwatch.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/rounded_matrix.h"
 #include "ep_solver/monodomain_kernel.h"
 
 namespace heartbus::ep {

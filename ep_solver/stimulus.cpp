@@ -1,6 +1,6 @@
 #include "ep_solver/stimulus.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/geometry/mesh.h"
-#include "ep_solver/parameters.h"
+#include "ep_solver/settings/parameters.h"
 
 #include <mpi.h>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "ep_solver/parameters.h"
+#include "ep_solver/settings/parameters.h"
 
 namespace heartbus::ep {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/fem/linear_solver.h"
+#include "common/linear_algebra/linear_solver.h"
 
 #include <memory>
 

@@ -1,6 +1,6 @@
 #include "fluid_solver/fluid_solver.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/fem/output_mesh.h"
 #include "common/fem/owned_faces.h"
 #include "common/fem/owned_points.h"

@@ -1,13 +1,13 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/interface/blood_side.h"
+#include "common/interface/nodal/blood_side.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
-#include "common/schema/scene.h"
-#include "fluid_solver/inflow_watch.h"
+#include "common/settings/output.h"
+#include "fluid_solver/models/inflow_watch.h"
+#include "fluid_solver/models/valves.h"
 #include "fluid_solver/navier_stokes_problem.h"
-#include "fluid_solver/valves.h"
 
 #include <memory>
 #include <optional>
@@ -48,7 +48,7 @@ class FluidSolver : public bus::Solver {
   void start();
   void declare_tasks(bus::Declaration &declaration); ///< of the Robin condition
   /// The velocity with which blood at rest yields to a force on the wall, u = -F^{-1} L: a_f(u, p; w) = -L(w) without
-  /// Robin term and other loads, in the cavity as it is, valves included. Which F: common/interface/alpha_limit.h.
+  /// Robin term and other loads, in the cavity as it is, valves included. Which F: common/interface/nodal/alpha_limit.h.
   void begin_probe();
   void probe();
   bool isovolumetric() const;

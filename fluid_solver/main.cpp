@@ -3,8 +3,8 @@
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
-#include "common/schema/scene.h"
 #include "fluid_solver/fluid_solver.h"
+#include "scene/scene.h"
 
 using namespace heartbus;
 

@@ -1,6 +1,6 @@
 #include "fluid_solver/moved_surface.h"
 
-#include "common/fem/small_matrix.h"
+#include "common/simd/small_matrix.h"
 
 namespace heartbus::fluid {
 

@@ -2,7 +2,7 @@
 
 #include "common/fem/constraints.h"
 #include "common/fem/lagrange_space.h"
-#include "common/fem/rounded_matrix.h"
+#include "common/linear_algebra/rounded_matrix.h"
 
 #include <array>
 #include <string>

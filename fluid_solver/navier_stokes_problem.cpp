@@ -1,7 +1,7 @@
 #include "fluid_solver/navier_stokes_problem.h"
 
-#include "common/bus/failure.h"
-#include "common/fem/block_ilu.h"
+#include "common/base/failure.h"
+#include "common/linear_algebra/block_ilu.h"
 #include "fluid_solver/block_preconditioner.h"
 
 #include <cmath>

@@ -1,16 +1,16 @@
 #pragma once
 
-#include "common/bus/stopwatch.h"
+#include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
-#include "common/fem/iterate_moves.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/rounded_matrix.h"
-#include "common/interface/robin_condition.h"
+#include "common/interface/nodal/robin_condition.h"
 #include "common/io/state.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/rounded_matrix.h"
+#include "common/nonlinear/iterate_moves.h"
+#include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
-#include "fluid_solver/navier_stokes_kernel.h"
 #include "fluid_solver/orifice.h"
-#include "fluid_solver/parameters.h"
+#include "fluid_solver/settings/parameters.h"
 
 #include <functional>
 #include <memory>
@@ -26,7 +26,7 @@ namespace heartbus::fluid {
 ///
 ///     a_f(u, p; w, q) + alpha M_S u = g
 ///
-/// and return the force on the solid L (common/interface/robin_condition.h has g and L).
+/// and return the force on the solid L (common/interface/nodal/robin_condition.h has g and L).
 /// L equals -a_f(u, p; w) on the interface's test functions: Robin-Neumann iterations end at the monolithic solution.
 /// Vectors hold u, v, w, p at each node; the pressure is scaled (see pressure_scale).
 class NavierStokesProblem {

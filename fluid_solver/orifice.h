@@ -1,6 +1,6 @@
 #pragma once
 
-#include "fluid_solver/inflow_watch.h"
+#include "fluid_solver/models/inflow_watch.h"
 #include "fluid_solver/moved_surface.h"
 
 #include <string>

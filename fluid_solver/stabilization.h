@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/fem/small_matrix.h"
+#include "common/simd/small_matrix.h"
 
 #include <cmath>
 

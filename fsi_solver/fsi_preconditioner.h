@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/fem/linear_solver.h"
+#include "common/linear_algebra/linear_solver.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fsi_solver/merged_space.h"
 #include "mech_solver/elasticity_problem.h"

@@ -1,6 +1,6 @@
 #include "fsi_solver/interface_map.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/mapping/conforming_map.h"
 
 #include <numeric>

@@ -3,8 +3,8 @@
 #include "common/fem/runtime.h"
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
-#include "common/schema/scene.h"
 #include "fsi_solver/fsi_solver.h"
+#include "scene/scene.h"
 
 using namespace heartbus;
 
@@ -15,7 +15,9 @@ int main(int argc, char **argv) {
     scene.mech.active_increment = false; // belongs to the Robin datum
     const MPI_Comm communicator = participant.communicator();
     const fem::Runtime runtime(communicator);
-    const auto on_root = [&](auto make) { return fem::mesh_on_root(communicator, [&] { return make(scene.geometry); }); };
+    const auto on_root = [&](auto make) {
+      return fem::mesh_on_root(communicator, [&] { return make(scene.geometry); });
+    };
     const fem::LagrangeSpace wall(communicator, on_root(geometry::make_solid)),
         cavity(communicator, on_root(geometry::make_fluid));
     const fem::Fibres fibres(wall, scene.fibres);

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/fem/nodal_matrix.h"
-#include "mech_solver/parameters.h"
+#include "common/linear_algebra/nodal_matrix.h"
+#include "mech_solver/settings/parameters.h"
 
 namespace heartbus::mech {
 

@@ -1,16 +1,15 @@
 #pragma once
 
-#include "common/bus/stopwatch.h"
+#include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
-#include "common/fem/fibres.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/newton.h"
-#include "common/fem/rounded_matrix.h"
+#include "common/fibres/fibres.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/rounded_matrix.h"
+#include "common/nonlinear/newton.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
 #include "mech_solver/material_regions.h"
 #include "mech_solver/tangent_solver.h"
-
 
 namespace heartbus::mech {
 
@@ -27,12 +26,12 @@ class ElasticityProblem {
   ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters);
 
   // The state, three components a node, and what acts on it. Values of owned nodes are the caller's to set.
-  fem::Vector d_n, d_nm1;                          ///< old displacements [m]
-  fem::Vector tension;                             ///< active tension at the nodes, one component [Pa]
-  fem::Vector load;                                ///< nodal forces on the solid [N]
-  double interface_pressure = 0;                   ///< a follower pressure [Pa]
-  double time = 0;                                 ///< at which the scene's loads are taken [s]
-  double load_share = 1;                           ///< of the scene's loads and of gravity, while inflating
+  fem::Vector d_n, d_nm1;        ///< old displacements [m]
+  fem::Vector tension;           ///< active tension at the nodes, one component [Pa]
+  fem::Vector load;              ///< nodal forces on the solid [N]
+  double interface_pressure = 0; ///< a follower pressure [Pa]
+  double time = 0;               ///< at which the scene's loads are taken [s]
+  double load_share = 1;         ///< of the scene's loads and of gravity, while inflating
   bus::Stopwatch stopwatch;
 
   /// Solve for d, starting from its value.

@@ -2,7 +2,7 @@
 
 #include "common/io/state.h"
 #include "mech_solver/active/active_model.h"
-#include "mech_solver/parameters.h"
+#include "mech_solver/settings/parameters.h"
 
 #include <memory>
 #include <vector>

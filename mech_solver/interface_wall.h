@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/interface/alpha_limit.h"
+#include "common/interface/nodal/alpha_limit.h"
 #include "mech_solver/elasticity_problem.h"
 
 namespace heartbus::mech {

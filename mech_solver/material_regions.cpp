@@ -1,7 +1,7 @@
 #include "mech_solver/material_regions.h"
 
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
+#include "common/base/failure.h"
+#include "common/units/nearest.h"
 
 #include <algorithm>
 

@@ -4,7 +4,7 @@
 #include "mech_solver/constitutive/guccione.h"
 #include "mech_solver/constitutive/neo_hookean.h"
 #include "mech_solver/constitutive/saint_venant_kirchhoff.h"
-#include "mech_solver/parameters.h"
+#include "mech_solver/settings/parameters.h"
 
 #include <variant>
 

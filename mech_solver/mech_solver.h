@@ -1,12 +1,12 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/fem/iterate_moves.h"
+#include "common/interface/nodal/wall_probe.h"
 #include "common/interface/pressure_correction.h"
-#include "common/interface/wall_probe.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
-#include "common/schema/scene.h"
+#include "common/nonlinear/iterate_moves.h"
+#include "common/settings/output.h"
 #include "mech_solver/cavity_filling.h"
 #include "mech_solver/elasticity_problem.h"
 #include "mech_solver/force_generation.h"

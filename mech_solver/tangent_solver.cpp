@@ -1,6 +1,6 @@
 #include "mech_solver/tangent_solver.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <algorithm>
 

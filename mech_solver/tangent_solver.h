@@ -1,9 +1,9 @@
 #pragma once
 
-#include "common/bus/stopwatch.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/rounded_matrix.h"
-#include "mech_solver/parameters.h"
+#include "common/base/stopwatch.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/rounded_matrix.h"
+#include "mech_solver/settings/parameters.h"
 
 #include <memory>
 #include <string>

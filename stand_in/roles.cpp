@@ -1,6 +1,6 @@
 #include "stand_in/roles.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <map>
 

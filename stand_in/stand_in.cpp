@@ -1,6 +1,6 @@
 #include "stand_in/stand_in.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/shapes.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 #include "stand_in/roles.h"
 
 #include <deque>

@@ -1,7 +1,7 @@
 #include "common/bus/coordinator.h"
 
+#include "common/base/failure.h"
 #include "common/bus/crew.h"
-#include "common/bus/failure.h"
 #include "common/bus/handshake.h"
 #include "common/bus/placement.h"
 #include "common/bus/process.h"
@@ -322,7 +322,8 @@ void Coordinator::handshake(const std::map<std::string, Expected> &expected, con
     participant.program = who.program;
     participant.n_ranks = ranks.size();
     all.participants.push_back(participant);
-    all.mail.post(ranks.front(), tag_command, Welcome{scene_text, output_folder, deadline_seconds, who.settings, who.coupling});
+    all.mail.post(ranks.front(), tag_command,
+                  Welcome{scene_text, output_folder, deadline_seconds, who.settings, who.coupling});
   }
   all.welcomed = true;
   all.collect_declarations();

@@ -1,6 +1,6 @@
 #include "common/bus/declaration.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "common/bus/route_table.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/bus/handshake.h"
 
 namespace heartbus::bus {

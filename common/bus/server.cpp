@@ -1,6 +1,6 @@
 #include "common/bus/server.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cmath>
 #include <sstream>
@@ -14,7 +14,7 @@ constexpr double patience_of_the_idle = 10;
 
 /// What is not finite, or soon will not be, must not spread: its origin would be lost.
 [[noreturn]] void name_what_is_implausible(const std::vector<double> &values, const FieldInfo &field,
-                                          const std::vector<double> &coordinates, const Step &step) {
+                                           const std::vector<double> &coordinates, const Step &step) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!(std::abs(values[i]) <= largest_plausible)) {
       std::ostringstream message;

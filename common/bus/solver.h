@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/bus/stopwatch.h"
+#include "common/base/stopwatch.h"
 
 #include <functional>
 #include <string>

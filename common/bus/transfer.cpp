@@ -1,6 +1,6 @@
 #include "common/bus/transfer.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <algorithm>
 #include <limits>

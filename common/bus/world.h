@@ -1,7 +1,7 @@
 #pragma once
 
+#include "common/base/failure.h"
 #include "common/bus/doorbell.h"
-#include "common/bus/failure.h"
 #include "common/bus/pipe.h"
 
 #include <mpi.h>

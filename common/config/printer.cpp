@@ -1,8 +1,8 @@
 #include "common/config/printer.h"
 
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
-#include "common/config/units.h"
+#include "common/base/failure.h"
+#include "common/units/nearest.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 #include "common/config/reader.h"
 
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
-#include "common/config/units.h"
+#include "common/base/failure.h"
+#include "common/units/nearest.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -215,8 +215,8 @@ class Reader final : public Section {
     };
     if (!is_within(value)) {
       const bool is_thousandfold = unit == "m" && std::isfinite(range.high) && is_within(1e-3 * value);
-      fail(key, shortest(value) + (unit.empty() ? "" : " " + unit) + " is out of range; allowed: " +
-                    allowed_range(range, unit) + (*range.why ? ": " : "") + range.why +
+      fail(key, shortest(value) + (unit.empty() ? "" : " " + unit) +
+                    " is out of range; allowed: " + allowed_range(range, unit) + (*range.why ? ": " : "") + range.why +
                     (is_thousandfold ? "; metres for millimetres?" : ""));
     }
     constexpr double largest = 1e15;

@@ -1,7 +1,7 @@
 #include "common/config/table.h"
 
-#include "common/bus/failure.h"
-#include "common/config/units.h"
+#include "common/base/failure.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,8 +32,9 @@ std::vector<std::string> columns(std::string line) {
 /// What is between the brackets of "pressure [kPa]".
 std::string unit_of(const std::string &title) {
   const std::size_t open = title.find('['), close = title.find(']');
-  return open == std::string::npos || close == std::string::npos || close < open ? ""
-                                                                                 : title.substr(open + 1, close - open - 1);
+  return open == std::string::npos || close == std::string::npos || close < open
+             ? ""
+             : title.substr(open + 1, close - open - 1);
 }
 
 } // namespace
@@ -66,7 +67,8 @@ void Table::describe(Section &s, const std::string &unit, Range range, const std
   if (!file.empty() && values != before)
     s.fail("table", "is given beside 'values'; write one of the two");
   if (values.empty() || times.size() != values.size())
-    s.fail("values", "has " + std::to_string(values.size()) + " entries for " + std::to_string(times.size()) + " of 'times'");
+    s.fail("values",
+           "has " + std::to_string(values.size()) + " entries for " + std::to_string(times.size()) + " of 'times'");
   if (values.size() > most_entries)
     s.fail("values", "has more than " + std::to_string(most_entries) + " entries");
   if (!std::is_sorted(times.begin(), times.end()))
@@ -91,8 +93,9 @@ void Table::read(const std::string &file_name, const std::string &unit) {
     if (words.empty())
       continue;
     if (words.size() != 2 || number > most_entries)
-      refuse(file_name, number, words.size() != 2 ? "this line has not two columns"
-                                                  : "a table has " + std::to_string(most_entries) + " lines at most");
+      refuse(file_name, number,
+             words.size() != 2 ? "this line has not two columns"
+                               : "a table has " + std::to_string(most_entries) + " lines at most");
     try {
       times.push_back(parse_quantity(words[0] + " " + unit_of(titles[0]), "s"));
       values.push_back(parse_quantity(words[1] + " " + unit_of(titles[1]), unit));

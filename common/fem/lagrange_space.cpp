@@ -1,6 +1,6 @@
 #include "common/fem/lagrange_space.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/fem/on_root.h"
 #include "common/fem/partition.h"
 
@@ -364,9 +364,7 @@ BoundaryFaces LagrangeSpace::faces(const std::string &label) const {
   return faces;
 }
 
-unsigned LagrangeSpace::nodes_per_face() const {
-  return nodes_per_cell_ == 8 ? 4 : degree_ == 1 ? 3 : 6;
-}
+unsigned LagrangeSpace::nodes_per_face() const { return nodes_per_cell_ == 8 ? 4 : degree_ == 1 ? 3 : 6; }
 
 std::vector<std::uint8_t> LagrangeSpace::nodes_on(const std::string &label) const {
   const BoundaryFaces boundary = faces(label);

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/fem/lanes.h"
 #include "common/geometry/mesh.h"
+#include "common/simd/lanes.h"
 
 #include <deal.II/base/partitioner.h>
 #include <deal.II/lac/la_parallel_vector.h>
@@ -42,13 +42,13 @@ inline void copy_owned(const Vector &from, Vector &to) {
 /// over the reference configuration need. Index f runs over faces, q over quadrature points, a over nodes of the cell.
 struct BoundaryFaces {
   unsigned n_faces = 0, n_q = 0, nodes_per_cell = 0;
-  std::vector<unsigned> slots;       ///< [f] cell slot
-  std::vector<std::uint8_t> owned;   ///< [f] whether this rank owns the cell: sum functionals over owned faces only
-  std::vector<double> JxW;           ///< [f][q] reference area times weight
-  std::vector<double> normals;       ///< [f][q][3] outward, reference
-  std::vector<double> shapes;        ///< [f][q][a]
-  std::vector<double> gradients;     ///< [f][q][a][3]
-  std::vector<unsigned> face_nodes;  ///< [f][k] those cell node indices a that lie on the face
+  std::vector<unsigned> slots;      ///< [f] cell slot
+  std::vector<std::uint8_t> owned;  ///< [f] whether this rank owns the cell: sum functionals over owned faces only
+  std::vector<double> JxW;          ///< [f][q] reference area times weight
+  std::vector<double> normals;      ///< [f][q][3] outward, reference
+  std::vector<double> shapes;       ///< [f][q][a]
+  std::vector<double> gradients;    ///< [f][q][a][3]
+  std::vector<unsigned> face_nodes; ///< [f][k] those cell node indices a that lie on the face
   unsigned nodes_per_face = 0;
 };
 
@@ -76,7 +76,7 @@ class LagrangeSpace {
   unsigned n_owned_nodes() const { return n_owned_nodes_; }
   unsigned n_local_nodes() const { return n_local_nodes_; }
   std::uint64_t n_global_nodes() const;
-  std::uint64_t first_owned_node() const;           ///< global number of local node 0; owned numbers are contiguous
+  std::uint64_t first_owned_node() const; ///< global number of local node 0; owned numbers are contiguous
   std::uint64_t global_node(unsigned local) const;
   const std::vector<geometry::Point3> &points() const { return points_; } ///< [local node], reference [m]
 

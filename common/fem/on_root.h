@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh.h"
 
 #include <functional>

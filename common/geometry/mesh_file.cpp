@@ -1,6 +1,6 @@
 #include "common/geometry/mesh_file.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/io/checksum.h"
 #include "common/io/hdf5_object.h"

@@ -1,6 +1,6 @@
 #include "common/geometry/mesh_tools.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <algorithm>
 #include <cmath>

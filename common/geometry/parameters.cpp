@@ -1,7 +1,7 @@
 #include "common/geometry/parameters.h"
 
-#include "common/config/units.h"
 #include "common/geometry/mesh_file.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -84,10 +84,12 @@ void VentricleParameters::describe(config::Section &s) {
   s.quantity("mitral_centre", mitral_centre, "m", place_in_heart, "x of the centre of the mitral disc");
   s.quantity("aortic_centre", aortic_centre, "m", place_in_heart, "x of the centre of the aortic disc");
   s.integer("cells_along", cells_along, number_of_cells, "of mesh custom: cells of the core from apex to base");
-  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the square core; four times as many around");
+  s.integer("cells_across", cells_across, number_of_cells,
+            "cells along each side of the square core; four times as many around");
   s.integer("shells", shells, number_of_cells, "layers of fluid cells between core and wall");
   s.integer("layers", layers, number_of_cells, "layers of cells through the wall");
-  limit_cells(s, "cells_along", double(cells_along + cells_across) * cells_across * (cells_across + 4. * (shells + layers)));
+  limit_cells(s, "cells_along",
+              double(cells_along + cells_across) * cells_across * (cells_across + 4. * (shells + layers)));
   if (std::abs(base_height) >= endocardium_along)
     s.fail("base_height", "the base must cut the endocardium: its height must be less than endocardium_along");
   if (std::abs(aortic_centre - mitral_centre) < aortic_radius + mitral_radius)
@@ -133,7 +135,8 @@ void TubeParameters::describe(config::Section &s) {
   s.quantity("radius", radius, "m", size_of_body, "inner radius");
   s.quantity("wall", wall, "m", size_of_body, "thickness of the wall");
   s.integer("cells_along", cells_along, number_of_cells, "cells along the tube");
-  s.integer("cells_across", cells_across, number_of_cells, "cells along each side of the square core; four times as many around");
+  s.integer("cells_across", cells_across, number_of_cells,
+            "cells along each side of the square core; four times as many around");
   s.integer("shells", shells, number_of_cells, "layers of fluid cells between core and wall");
   s.integer("layers", layers, number_of_cells, "layers of cells through the wall");
   limit_cells(s, "cells_along", double(cells_along) * cells_across * (cells_across + 4. * (shells + layers)));
@@ -153,14 +156,16 @@ void OutflowFibreParameters::describe(config::Section &s) {
 }
 
 void FibreParameters::describe(config::Section &s) {
-  s.choice("rule", rule, {"transmural", "apicobasal", "ellipsoid", "constant", "file"},
-           "how fibres are laid: through the wall, below a flat base with normal z or between apex and any orifices; "
-           "ellipsoid: by the depth between the ventricle's ellipsoids; or all in one direction; file: as the mesh file has "
-           "them");
+  s.choice(
+      "rule", rule, {"transmural", "apicobasal", "ellipsoid", "constant", "file"},
+      "how fibres are laid: through the wall, below a flat base with normal z or between apex and any orifices; "
+      "ellipsoid: by the depth between the ventricle's ellipsoids; or all in one direction; file: as the mesh file has "
+      "them");
   s.quantity("angle_endo", angle_endo, "rad", angle, "fibre angle on the endocardium, against the circumference");
   s.quantity("angle_epi", angle_epi, "rad", angle, "fibre angle on the epicardium");
-  s.quantity("dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),
-             "where the wall's normal is closer than this to the long axis, at the apex, fibres disperse along the wall");
+  s.quantity(
+      "dispersion_angle", dispersion_angle, "rad", config::between(0, 1.5),
+      "where the wall's normal is closer than this to the long axis, at the apex, fibres disperse along the wall");
   s.texts("rings", rings, "of the rule apicobasal: boundary parts around the orifices, to which the long axis leads");
   outflow.describe(s.section("outflow", "fibres around an outflow tract"));
   s.quantities("direction", direction, "1", 3, "fibre direction of the constant rule");

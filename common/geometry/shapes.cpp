@@ -1,6 +1,6 @@
 #include "common/geometry/shapes.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_file.h"
 #include "common/geometry/o_grid.h"
 

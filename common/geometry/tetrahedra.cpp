@@ -1,4 +1,4 @@
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/interface/interface_nodes.h"
+#include "common/interface/nodal/interface_nodes.h"
 
 namespace heartbus::interface {
 

@@ -1,7 +1,7 @@
 #include "common/interface/settings.h"
 
-#include "common/bus/failure.h"
-#include "common/config/units.h"
+#include "common/base/failure.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 #include <vector>

@@ -1,6 +1,6 @@
 #include "common/log/log.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/null_sink.h>

@@ -1,6 +1,6 @@
 #include "common/mapping/conforming_map.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/mapping/point_hash.h"
 
 #include <algorithm>

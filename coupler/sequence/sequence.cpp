@@ -1,6 +1,6 @@
 #include "coupler/sequence/sequence.h"
 
-#include "common/config/units.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 

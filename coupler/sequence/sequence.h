@@ -2,7 +2,7 @@
 
 #include "common/bus/coordinator.h"
 #include "common/interface/settings.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 #include <map>
 #include <set>

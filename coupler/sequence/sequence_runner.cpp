@@ -1,7 +1,7 @@
 #include "coupler/sequence/sequence_runner.h"
 
-#include "common/config/nearest.h"
-#include "common/config/units.h"
+#include "common/units/nearest.h"
+#include "common/units/units.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 #include "ep_solver/ionic/ionic_model.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "ep_solver/ionic/ionic_models.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/fem/lanes.h"
+#include "common/simd/lanes.h"
 
 #include <cstddef>
 #include <memory>

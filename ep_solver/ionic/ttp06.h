@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/fem/lanes_math.h"
+#include "common/simd/lanes_math.h"
 
 #include <array>
 

@@ -1,6 +1,6 @@
 #include "mech_solver/active/active_model.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "mech_solver/active/rdq18_ann.h"
 
 namespace heartbus::mech {

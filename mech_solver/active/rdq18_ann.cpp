@@ -18,7 +18,7 @@
 
 #include "mech_solver/active/rdq18_ann.h"
 
-#include "common/fem/lanes_math.h"
+#include "common/simd/lanes_math.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/fem/lanes_math.h"
-#include "common/fem/small_matrix.h"
+#include "common/simd/lanes_math.h"
+#include "common/simd/small_matrix.h"
 
 #include <array>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "common/fem/fibres.h"
+#include "common/fibres/fibres.h"
 #include "common/geometry/shapes.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 #include <mpi.h>
 #include <string>

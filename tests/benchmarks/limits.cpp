@@ -1,6 +1,6 @@
 #include "tests/benchmarks/limits.h"
 
-#include "common/fem/lanes.h"
+#include "common/simd/lanes.h"
 
 #include <algorithm>
 #include <ctime>

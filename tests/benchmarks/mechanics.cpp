@@ -1,4 +1,4 @@
-#include "common/fem/block_product_kernel.h"
+#include "common/linear_algebra/block_product_kernel.h"
 #include "mech_solver/elasticity_problem.h"
 #include "tests/benchmarks/heart.h"
 #include "tests/benchmarks/limits.h"
@@ -101,8 +101,8 @@ void elasticity_tangent(benchmark::State &state) {
   Elasticity &e = elasticity();
   for (auto _ : state)
     e.problem.linearise(e.d);
-  compare_with_limit(
-      state, {e.n_cells(), e.bytes() + 16 * n_entries(e.problem.tangent()), e.n_cells() * flops_tangent});
+  compare_with_limit(state,
+                     {e.n_cells(), e.bytes() + 16 * n_entries(e.problem.tangent()), e.n_cells() * flops_tangent});
 }
 BENCHMARK(elasticity_tangent)->Unit(benchmark::kMillisecond);
 

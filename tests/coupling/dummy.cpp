@@ -1,6 +1,6 @@
 // A participant of the simplest kind. It owns a slice of a row of points (every rank a part, in an order of its own),
 // sends "signal" and receives it; the first line of the scene says what is done wrong, and by whom: "# nan a".
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/bus/participant.h"
 
 #include <algorithm>

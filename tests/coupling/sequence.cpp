@@ -2,8 +2,8 @@
 // Arguments: number of steps, their size [s], deadline [s], then optionally what is done wrong (see dummy.cpp), who
 // does it, and the file of a recording. "record coupler FILE" writes one, "replay a FILE" lets the program replay play
 // "a".
+#include "common/base/failure.h"
 #include "common/bus/coordinator.h"
-#include "common/bus/failure.h"
 #include "common/io/recording.h"
 
 #include <algorithm>

@@ -36,7 +36,7 @@ class Conventions(unittest.TestCase):
 
     def test_no_solver_knows_a_scheme(self):
         """What differs from scheme to scheme comes as tasks or plain settings: common/interface/README.md."""
-        schema = (SOURCE / "common/schema/scene.cpp").read_text(encoding="utf-8")
+        schema = (SOURCE / "scene/scene.cpp").read_text(encoding="utf-8")
         names = re.findall(r'"([\w-]+)"', re.search(r'choice\("scheme", scheme, \{(.*?)\}', schema, flags=re.S)[1])
         self.assertIn("EFS1", names)
         own_words = {"adaptive", "circulation"}  # of step sizes; a participant

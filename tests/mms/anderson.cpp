@@ -1,5 +1,5 @@
-#include "common/fem/anderson.h"
-#include "common/fem/iterate_moves.h"
+#include "common/nonlinear/anderson.h"
+#include "common/nonlinear/iterate_moves.h"
 
 #include "mpi_test_main.h"
 

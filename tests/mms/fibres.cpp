@@ -1,5 +1,5 @@
-#include "common/fem/fibres.h"
-#include "common/bus/failure.h"
+#include "common/fibres/fibres.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
 #include "mpi_test_main.h"
@@ -98,7 +98,8 @@ double worst_frame(const fem::LagrangeSpace &space, const fem::Fibres &fibres) {
 } // namespace
 
 TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
-  for (const auto &[cells, degree] : {std::pair("hexahedra", 1u), std::pair("tetrahedra", 1u), std::pair("tetrahedra", 2u)}) {
+  for (const auto &[cells, degree] :
+       {std::pair("hexahedra", 1u), std::pair("tetrahedra", 1u), std::pair("tetrahedra", 2u)}) {
     const fem::LagrangeSpace space(MPI_COMM_WORLD, ventricle(cells), 0, degree);
     for (const char *rule : {"transmural", "apicobasal"})
       EXPECT_LT(worst_frame(space, fem::Fibres(space, by_rule(rule))), 1e-12) << cells << degree << rule;
@@ -222,8 +223,8 @@ TEST(Fibres, DisperseEvenlyOnTheAxisAndNotAtAllAwayFromTheApex) {
     double difference = 0;
     for (unsigned i = 0; i < 3; ++i)
       for (unsigned j = 0; j < 3; ++j)
-        difference = std::max(difference,
-                              std::abs((1 - nu) * f[i] * f[j] + nu * n[i] * n[j] - ((i == j) - s[i] * s[j]) / 2));
+        difference =
+            std::max(difference, std::abs((1 - nu) * f[i] * f[j] + nu * n[i] * n[j] - ((i == j) - s[i] * s[j]) / 2));
     const double tilt = std::asin(std::min(1., std::hypot(s[0], s[1]))); // of the wall's normal, from the axis
     if (tilt < M_PI / 18)
       on_axis = std::max(on_axis, difference);

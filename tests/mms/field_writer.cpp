@@ -1,5 +1,5 @@
 #include "common/io/field_writer.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "tests/mms/mpi_test_main.h"
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/fem/small_matrix.h"
 #include "common/geometry/mesh_tools.h"
+#include "common/simd/small_matrix.h"
 #include "fluid_solver/navier_stokes_problem.h"
 
 #include <functional>
@@ -38,7 +38,8 @@ inline fem::Vector motion(const fem::LagrangeSpace &space, const Field &d) {
 }
 
 /// Velocity u(x) and pressure p(x) / scale at the nodes of the mesh moved by d.
-inline fem::Vector flow(const fem::LagrangeSpace &space, const Field &d, const Field &u, const Scalar &p, double scale) {
+inline fem::Vector flow(const fem::LagrangeSpace &space, const Field &d, const Field &u, const Scalar &p,
+                        double scale) {
   fem::Vector v = space.make_vector(4);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
     const Point3 x = space.points()[node] + d(space.points()[node]);

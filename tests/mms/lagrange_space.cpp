@@ -1,13 +1,13 @@
 #include "common/fem/lagrange_space.h"
-#include "common/bus/failure.h"
-#include "common/fem/block_ilu.h"
+#include "common/base/failure.h"
 #include "common/fem/constraints.h"
-#include "common/fem/linear_solver.h"
-#include "common/fem/nodal_matrix.h"
 #include "common/fem/on_root.h"
-#include "common/fem/rounded_matrix.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
+#include "common/linear_algebra/block_ilu.h"
+#include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/nodal_matrix.h"
+#include "common/linear_algebra/rounded_matrix.h"
 #include "mpi_test_main.h"
 
 using namespace heartbus;
@@ -144,7 +144,9 @@ TEST(LagrangeSpace, NodesOnALabelAreThoseThatLieOnIt) {
 }
 
 TEST(LagrangeSpace, WhatAMeshSaysOfItsCellsReachesThemFromTheFirstRank) {
-  const auto region = [](const geometry::Point3 &x) { return unsigned(x[0]) + 4 * unsigned(x[1]) + 12 * unsigned(x[2]); };
+  const auto region = [](const geometry::Point3 &x) {
+    return unsigned(x[0]) + 4 * unsigned(x[1]) + 12 * unsigned(x[2]);
+  };
   const auto make = [&] {
     geometry::Mesh mesh = geometry::make_box({0, 0, 0}, {4, 3, 2}, {4, 3, 2});
     mesh.material_names.assign(24, "");

@@ -1,5 +1,5 @@
 #include "ale_solver/lifting_problem.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "fluid_test.h"
 #include "mpi_test_main.h"
 

@@ -1,4 +1,4 @@
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "fluid_test.h"
 #include "mpi_test_main.h"
 
@@ -15,7 +15,8 @@ const std::vector<std::string> one_interface{"a", "b", "c", "d", "e", "interface
 Field moving_mesh(double t) {
   return [t](const Point3 &X) {
     const double s = 0.08 * std::sin(3 * t);
-    return Point3{s * std::sin(3 * X[1] + X[2]), s * std::cos(2 * X[0] - X[2]), s * std::sin(3 * X[0] + 2 * X[1]) + 2 * s};
+    return Point3{s * std::sin(3 * X[1] + X[2]), s * std::cos(2 * X[0] - X[2]),
+                  s * std::sin(3 * X[0] + 2 * X[1]) + 2 * s};
   };
 }
 
@@ -32,7 +33,8 @@ auto at(const F &function, double t) {
 }
 
 /// Errors at t = end after n_steps on the moving unit cube; density 2, viscosity 0.1.
-std::array<double, 2> errors_on_moving_mesh(const Solution &exact, const geometry::Mesh &mesh, int n_steps, double end) {
+std::array<double, 2> errors_on_moving_mesh(const Solution &exact, const geometry::Mesh &mesh, int n_steps,
+                                            double end) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh);
   fluid::Parameters parameters;
   parameters.density = 2;
@@ -143,7 +145,8 @@ struct BloodBox {
     return force;
   }
   fem::Vector constant(const Point3 &v) const {
-    return flow(space, zero, [v](const Point3 &) { return v; }, [](const Point3 &) { return 0.; }, 1);
+    return flow(
+        space, zero, [v](const Point3 &) { return v; }, [](const Point3 &) { return 0.; }, 1);
   }
 };
 
@@ -154,8 +157,12 @@ struct Disturbed : BloodBox {
     const Field d = [](const Point3 &X) {
       return Point3{0, 1e-5 * std::sin(300 * X[1]), 2e-5 * std::cos(200 * X[0]) * X[2] / 10e-3};
     };
-    v = flow(space, zero, [](const Point3 &X) { return Point3{0.01, 0, 0.1 * std::cos(300 * X[0])}; },
-             [](const Point3 &) { return 0.; }, 1);
+    v = flow(
+        space, zero,
+        [](const Point3 &X) {
+          return Point3{0.01, 0, 0.1 * std::cos(300 * X[0])};
+        },
+        [](const Point3 &) { return 0.; }, 1);
     W = interface_force(space, d, pressure(2000));
     problem.prepare(motion(space, d));
   }
@@ -253,7 +260,8 @@ TEST(NavierStokes, AnOverpressureOfTheBloodPushesTheWallOutwards) {
   box.problem.prepare(motion(box.space, zero));
   box.problem.solve(box.constant({0, 0, 0}), interface_force(box.space, zero, pressure(1000)));
   fem::Vector up = box.constant({0, 0, 1});
-  EXPECT_NEAR(box.problem.blood_force() * up, 1000 * 1e-4, 1e-8); // the closed box takes the wall's pressure, signs agree
+  EXPECT_NEAR(box.problem.blood_force() * up, 1000 * 1e-4,
+              1e-8); // the closed box takes the wall's pressure, signs agree
 }
 
 TEST(NavierStokes, ReturnsTheReactionOfTheMomentumEquationAsForceOnTheWall) {
@@ -282,7 +290,8 @@ TEST(NavierStokes, CanBeSolvedAgainFromTheSameOldState) {
 
 TEST(NavierStokes, BothPreconditionersGiveTheSameAnswer) {
   Disturbed ilu("ilu"), simplec("simplec");
-  const unsigned a = ilu.problem.solve(ilu.v, ilu.W).iterations, b = simplec.problem.solve(simplec.v, simplec.W).iterations;
+  const unsigned a = ilu.problem.solve(ilu.v, ilu.W).iterations,
+                 b = simplec.problem.solve(simplec.v, simplec.W).iterations;
   EXPECT_LT(largest_difference(ilu.problem.state(), simplec.problem.state()), 1e-7 * ilu.problem.state().linfty_norm());
   EXPECT_LT(a, 60u);
   EXPECT_LT(b, 60u);
@@ -299,8 +308,12 @@ TEST(NavierStokes, AResistanceOutletHoldsThePressureThatItsFlowAsksFor) {
   parameters.tolerance = 1e-12;
   fluid::NavierStokesProblem problem(space, parameters, 0, 2e-4);
   fluid::Orifice &outlet = problem.add_orifice("aortic", 9000, 1.3e7);
-  const fem::Vector plug = flow(space, zero, [](const Point3 &) { return Point3{0.3, 0, 0}; },
-                                [](const Point3 &) { return 0.; }, 1);
+  const fem::Vector plug = flow(
+      space, zero,
+      [](const Point3 &) {
+        return Point3{0.3, 0, 0};
+      },
+      [](const Point3 &) { return 0.; }, 1);
   problem.start(motion(space, zero));
   problem.old_state() = problem.boundary_values = plug;
   outlet.open = true;

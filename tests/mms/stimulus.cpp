@@ -1,5 +1,5 @@
 #include "ep_solver/stimulus.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "mpi_test_main.h"
 
 using namespace heartbus;

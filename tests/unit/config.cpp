@@ -1,6 +1,6 @@
-#include "common/bus/failure.h"
-#include "common/config/nearest.h"
+#include "common/base/failure.h"
 #include "common/config/printer.h"
+#include "common/units/nearest.h"
 
 #include <filesystem>
 #include <fstream>

@@ -1,7 +1,7 @@
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -198,8 +198,9 @@ std::set<Triangle> triangles_on(const Mesh &mesh, const std::string &label) {
 } // namespace
 
 TEST(Tetrahedra, OfWallAndBloodShareTheTrianglesOfTheInterface) {
-  for (const auto &[name, mesh] : {std::pair("ideal_left_ventricle", "MXS"), std::pair("ideal_left_ventricle", "M0"),
-                                   std::pair("ideal_left_ventricle", "M1"), std::pair("tube", ""), std::pair("piston", "")}) {
+  for (const auto &[name, mesh] :
+       {std::pair("ideal_left_ventricle", "MXS"), std::pair("ideal_left_ventricle", "M0"),
+        std::pair("ideal_left_ventricle", "M1"), std::pair("tube", ""), std::pair("piston", "")}) {
     Parameters parameters = shape(name, mesh);
     parameters.cells = "tetrahedra";
     const Mesh solid = make_solid(parameters), fluid = make_fluid(parameters);
@@ -214,7 +215,8 @@ TEST(Tetrahedra, ARingOfThreeHexahedraIsRefused) {
   Mesh ring; // twelve vertices: three corners inside, three outside, below and above
   for (unsigned z = 0; z < 2; ++z)
     for (unsigned k = 0; k < 6; ++k)
-      ring.points.push_back({(1 + k / 3) * std::cos(2 * pi * k / 3), (1 + k / 3) * std::sin(2 * pi * k / 3), double(z)});
+      ring.points.push_back(
+          {(1 + k / 3) * std::cos(2 * pi * k / 3), (1 + k / 3) * std::sin(2 * pi * k / 3), double(z)});
   for (unsigned c = 0; c < 3; ++c)
     for (unsigned v = 0; v < 8; ++v)
       ring.cells.push_back((v & 1 ? 3 : 0) + (c + (v >> 1 & 1)) % 3 + 6 * (v >> 2));

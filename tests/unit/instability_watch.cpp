@@ -1,5 +1,5 @@
 #include "common/interface/instability_watch.h"
-#include "fluid_solver/inflow_watch.h"
+#include "fluid_solver/models/inflow_watch.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/fem/lanes_math.h"
+#include "common/simd/lanes_math.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 #include "common/geometry/mesh_file.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
 #include "common/io/hdf5_object.h"
-#include "common/schema/model.h"
-#include "common/schema/scene.h"
+#include "scene/model.h"
+#include "scene/scene.h"
 
 #include <cmath>
 #include <cstdlib>

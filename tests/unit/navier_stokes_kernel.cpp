@@ -1,5 +1,5 @@
-#include "common/fem/small_matrix.h"
-#include "fluid_solver/navier_stokes_kernel.h"
+#include "fluid_solver/models/navier_stokes_kernel.h"
+#include "common/simd/small_matrix.h"
 #include "fluid_solver/stabilization.h"
 
 #include <gtest/gtest.h>
@@ -129,8 +129,8 @@ TEST(Stabilization, HasTheKnownLimits) {
   for (unsigned i = 0; i < 3; ++i)
     G[i][i] = 4 / (h * h); // of a cube
   using fluid::momentum_tau;
-  EXPECT_NEAR(momentum_tau(rho, mu, 1e-9, {0, 0, 0}, G) * rho / 1e-9, 1, 1e-9);              // dt / rho
-  EXPECT_NEAR(momentum_tau(rho, mu, 1e9, {0, 2., 0}, G) * rho * 2 * 2 / h, 1, 1e-4);          // h / (2 rho |u|)
+  EXPECT_NEAR(momentum_tau(rho, mu, 1e-9, {0, 0, 0}, G) * rho / 1e-9, 1, 1e-9);      // dt / rho
+  EXPECT_NEAR(momentum_tau(rho, mu, 1e9, {0, 2., 0}, G) * rho * 2 * 2 / h, 1, 1e-4); // h / (2 rho |u|)
   EXPECT_NEAR(momentum_tau(rho, mu, 1e9, {0, 0, 0}, G) * mu * 4 * std::sqrt(90.) / (h * h), 1, 1e-9);
 }
 

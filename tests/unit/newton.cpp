@@ -1,4 +1,4 @@
-#include "common/fem/newton.h"
+#include "common/nonlinear/newton.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #include "common/io/recording.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,5 @@
-#include "common/schema/scene.h"
-#include "common/bus/failure.h"
+#include "scene/scene.h"
+#include "common/base/failure.h"
 
 #include <filesystem>
 #include <fstream>
@@ -50,8 +50,9 @@ TEST(Scene, KeysOnTheCommandLineMayBeShortenedWhileTheyAreUnique) {
 }
 
 TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
-  const std::string piston = "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
-                             "mechanics: {law: neo_hookean, fixed: [], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
+  const std::string piston =
+      "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\n"
+      "mechanics: {law: neo_hookean, fixed: [], pericardium: {labels: []}}\nlifting: {fixed: []}\n";
   EXPECT_EQ(complaint(piston, {"kappa=1 kPa", "density=1.1 g/cm^3", "geometry.piston.fluid=5 mm"}),
             "--set density: the key is not unique; write one of mechanics.density, fluid.density");
   EXPECT_EQ(complaint(piston, {"kappa=1 kPa"}), "");
@@ -65,27 +66,39 @@ TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
 TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
   const std::string radius = complaint("scene: a", {"radius=0.1 mm"});
   EXPECT_NE(radius.find("--set radius: this scene does not use 'geometry.tube.radius': 'geometry.shape' is "
-                        "ideal_left_ventricle"), std::string::npos) << radius;
+                        "ideal_left_ventricle"),
+            std::string::npos)
+      << radius;
   EXPECT_NE(radius.find("geometry.ventricle.mitral_radius"), std::string::npos) << radius;
-  for (const auto &[setting, why] :
-       {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"}, {"inlet.pressure.values=[1 kPa]", "'fluid.inlet.label' is empty"},
-        {"epsilon=1e-6", "'coupling.scheme' is EFS1"}, {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
-    EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos) << setting << complaint("scene: a", {setting});
+  for (const auto &[setting, why] : {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"},
+                                     {"inlet.pressure.values=[1 kPa]", "'fluid.inlet.label' is empty"},
+                                     {"epsilon=1e-6", "'coupling.scheme' is EFS1"},
+                                     {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
+    EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos)
+        << setting << complaint("scene: a", {setting});
   const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
-  EXPECT_NE(complaint(alone, {"aortic_pressure=9 kPa"}).find("neither fluid_solver nor fsi_solver takes part"), std::string::npos);
-  EXPECT_EQ(complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: one_way}\n", {"aortic_pressure=9 kPa"}),
-            "") << "a program from elsewhere may use any key";
+  EXPECT_NE(complaint(alone, {"aortic_pressure=9 kPa"}).find("neither fluid_solver nor fsi_solver takes part"),
+            std::string::npos);
+  EXPECT_EQ(
+      complaint("participants: {mech: {program: ./mine}}\ncoupling: {scheme: one_way}\n", {"aortic_pressure=9 kPa"}),
+      "")
+      << "a program from elsewhere may use any key";
   EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
-  const std::string one_pressure = "participants: {mech: , circulation: {program: cavity_solver}}\ncoupling: {scheme: circulation}\n";
+  const std::string one_pressure =
+      "participants: {mech: , circulation: {program: cavity_solver}}\ncoupling: {scheme: circulation}\n";
   EXPECT_EQ(complaint(one_pressure, {"aortic_pressure=9 kPa"}), "");
   EXPECT_NE(complaint(one_pressure, {"lifting.tolerance=1e-9"}).find("no ale_solver takes part"), std::string::npos);
 }
 
 TEST(Scene, NearMissesGetASuggestion) {
-  EXPECT_NE(complaint("participants: {ep: }\ncoupling: {scheme: one_way}", {"aortic_presure=1"}).find("'aortic_pressure'"),
-            std::string::npos) << "of a key that the scene does not use, too";
-  for (const auto &[key, meant] : {std::pair{"alhpa", "'alpha'"}, {"coupling.alpa", "'coupling.alpha'"},
-                                   {"ventricle.wal", "'ventricle.wall'"}, {"tension_m", "tension_max"}})
+  EXPECT_NE(
+      complaint("participants: {ep: }\ncoupling: {scheme: one_way}", {"aortic_presure=1"}).find("'aortic_pressure'"),
+      std::string::npos)
+      << "of a key that the scene does not use, too";
+  for (const auto &[key, meant] : {std::pair{"alhpa", "'alpha'"},
+                                   {"coupling.alpa", "'coupling.alpha'"},
+                                   {"ventricle.wal", "'ventricle.wall'"},
+                                   {"tension_m", "tension_max"}})
     EXPECT_NE(complaint("scene: a", {std::string(key) + "=1"}).find(meant), std::string::npos)
         << complaint("scene: a", {std::string(key) + "=1"});
 }
@@ -114,7 +127,8 @@ TEST(Scene, BlocksThatDoNotFitTogetherAreRefused) {
   EXPECT_NE(complaint("participants: {mech: {}, fluid: {}}").find("need 'ale'"), std::string::npos);
   EXPECT_NE(complaint("fluid: {initial_pressure: 10 mmHg}").find("start in balance"), std::string::npos);
   EXPECT_NE(complaint("scene: ../up").find("cannot name a folder"), std::string::npos);
-  EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has neither 'program' nor 'command'"), std::string::npos);
+  EXPECT_NE(complaint("participants: {mine: {ranks: 1}}").find("has neither 'program' nor 'command'"),
+            std::string::npos);
 }
 
 TEST(Scene, ARunLastsBeatsOrEndsAtATime) {
@@ -153,7 +167,8 @@ TEST(Scene, APulseNeedsAnOpening) {
   EXPECT_EQ(pulse.at(30 * 1e-4), 1333);
   EXPECT_EQ(pulse.at(31 * 1e-4), 0);
   EXPECT_NE(complaint("fluid: {inlet: {label: base}}").find("nothing comes through 'base'"), std::string::npos);
-  EXPECT_NE(complaint("fluid: {inlet: {label: inlet, pressure: {values: [10 ms]}}}").find("key 'fluid.inlet.pressure.values'"),
+  EXPECT_NE(complaint("fluid: {inlet: {label: inlet, pressure: {values: [10 ms]}}}")
+                .find("key 'fluid.inlet.pressure.values'"),
             std::string::npos);
 }
 
@@ -184,9 +199,12 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
       {"lifting: {slip: [x_low]}", "key 'lifting.slip'"},
       {"mechanics: {loads: {push: {label: interfase}}}", "no boundary label 'interfase'; did you mean 'interface'?"},
       {"mechanics: {loads: {push: {pressure: {values: [1 Pa]}}}}", "key 'mechanics.loads.push.label'"},
-      {"mechanics: {loads: {push: {label: interface, pressure: {values: [1 Pa, 2 Pa]}}}}", "2 entries for 1 of 'times'"},
-      {"mechanics: {loads: {push: {label: interface, pressure: {times: [1 s, 0 s], values: [1 Pa, 2 Pa]}}}}", "must ascend"},
-      {"mechanics: {loads: {push: {label: interface, pressure: {table: none.csv}}}}", "none.csv: this table cannot be read"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {values: [1 Pa, 2 Pa]}}}}",
+       "2 entries for 1 of 'times'"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {times: [1 s, 0 s], values: [1 Pa, 2 Pa]}}}}",
+       "must ascend"},
+      {"mechanics: {loads: {push: {label: interface, pressure: {table: none.csv}}}}",
+       "none.csv: this table cannot be read"},
       {"mechanics: {inertia: false}", "'inertia: false' is for a wall without blood"},
       {"mechanics: {regions: {ring: {contracts: false}}}", "the solid has no region 'ring'"},
       {"scene: ..", "cannot name a folder"},

@@ -1,6 +1,6 @@
 #include "common/config/table.h"
 
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "common/config/printer.h"
 
 #include <cstdlib>
@@ -61,8 +61,7 @@ TEST(Table, ComesFromAFileBesideTheScene) {
   EXPECT_EQ(table.times, (std::vector<double>{0, 0.5, 1}));
   EXPECT_EQ(table.values, (std::vector<double>{1000, 2500, 0}));
   Table copy = table; // what is printed needs no file
-  const std::string printed =
-      print([&](Section &s) { copy.describe(s, "Pa", between(-1e6, 1e6), "pressure"); });
+  const std::string printed = print([&](Section &s) { copy.describe(s, "Pa", between(-1e6, 1e6), "pressure"); });
   EXPECT_EQ(Folder().read(printed).values, table.values);
 }
 

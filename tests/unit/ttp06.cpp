@@ -1,5 +1,5 @@
 #include "ep_solver/ionic/ttp06.h"
-#include "common/bus/failure.h"
+#include "common/base/failure.h"
 #include "ep_solver/ionic/pacing.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "fluid_solver/valves.h"
+#include "fluid_solver/models/valves.h"
 
 #include <gtest/gtest.h>
 
@@ -46,19 +46,25 @@ TEST_F(Script, ContractsAgainInTheNextBeat) {
   valves.update(0.60, 1200, {1200, 1e-4}, {1200, 0});
   valves.update(0.82, 1340, {1340, 0}, {1340, 0});
   ASSERT_EQ(valves.phase(), Valves::diastasis);
-  EXPECT_FALSE(valves.update(0.83, rules.mitral_pressure + 9.9, {rules.mitral_pressure + 9.9, 0}, {rules.mitral_pressure + 9.9, 0}));
+  EXPECT_FALSE(valves.update(0.83, rules.mitral_pressure + 9.9, {rules.mitral_pressure + 9.9, 0},
+                             {rules.mitral_pressure + 9.9, 0}));
   EXPECT_EQ(valves.phase(), Valves::diastasis);
-  EXPECT_FALSE(valves.update(0.84, rules.mitral_pressure + 10.1, {rules.mitral_pressure + 10.1, 0}, {rules.mitral_pressure + 10.1, 0})); // no valve switches
+  EXPECT_FALSE(valves.update(0.84, rules.mitral_pressure + 10.1, {rules.mitral_pressure + 10.1, 0},
+                             {rules.mitral_pressure + 10.1, 0})); // no valve switches
   EXPECT_EQ(valves.phase(), Valves::isovolumetric_contraction);
   expect_open(false, false);
-  EXPECT_TRUE(valves.update(0.8401, rules.mitral_pressure - 10.1, {rules.mitral_pressure - 10.1, 0}, {rules.mitral_pressure - 10.1, 0})); // nor does that keep one from switching
+  EXPECT_TRUE(valves.update(0.8401, rules.mitral_pressure - 10.1, {rules.mitral_pressure - 10.1, 0},
+                            {rules.mitral_pressure - 10.1, 0})); // nor does that keep one from switching
   EXPECT_EQ(valves.phase(), Valves::filling);
 }
 
 TEST_F(Script, OpensOnlyBeyondTheHysteresis) {
-  EXPECT_FALSE(valves.update(0.1, rules.aortic_pressure + 9.9, {rules.aortic_pressure + 9.9, 0}, {rules.aortic_pressure + 9.9, 0}));
-  EXPECT_FALSE(valves.update(0.1, rules.mitral_pressure - 9.9, {rules.mitral_pressure - 9.9, 0}, {rules.mitral_pressure - 9.9, 0}));
-  EXPECT_TRUE(valves.update(0.1, rules.mitral_pressure - 10.1, {rules.mitral_pressure - 10.1, 0}, {rules.mitral_pressure - 10.1, 0}));
+  EXPECT_FALSE(valves.update(0.1, rules.aortic_pressure + 9.9, {rules.aortic_pressure + 9.9, 0},
+                             {rules.aortic_pressure + 9.9, 0}));
+  EXPECT_FALSE(valves.update(0.1, rules.mitral_pressure - 9.9, {rules.mitral_pressure - 9.9, 0},
+                             {rules.mitral_pressure - 9.9, 0}));
+  EXPECT_TRUE(valves.update(0.1, rules.mitral_pressure - 10.1, {rules.mitral_pressure - 10.1, 0},
+                            {rules.mitral_pressure - 10.1, 0}));
 }
 
 TEST_F(Script, WithoutBlankingSwitchesAsSoonAsItsRuleSays) {
@@ -99,8 +105,10 @@ TEST_F(Script, KeepsTheMitralValveClosedAtTheStart) {
 }
 
 TEST_F(Script, SaysWhichRuleFired) {
-  EXPECT_NE(valves.update(0.1, 9011, {9011, 0}, {9011, 0})->find("aortic valve opens: pressure 9011 Pa"), std::string::npos);
-  EXPECT_NE(valves.update(0.2, 8999, {8999, 0}, {8999, -flow})->find("aortic valve closes: its flow -100 mL/s"), std::string::npos);
+  EXPECT_NE(valves.update(0.1, 9011, {9011, 0}, {9011, 0})->find("aortic valve opens: pressure 9011 Pa"),
+            std::string::npos);
+  EXPECT_NE(valves.update(0.2, 8999, {8999, 0}, {8999, -flow})->find("aortic valve closes: its flow -100 mL/s"),
+            std::string::npos);
 }
 
 TEST_F(Script, HasANameForEachPhase) { EXPECT_EQ(Valves::phase_names().size(), Valves::diastasis + 1u); }

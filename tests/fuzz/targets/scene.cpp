@@ -1,6 +1,6 @@
 #include "tests/fuzz/targets/target.h"
 
-#include "common/schema/scene.h"
+#include "scene/scene.h"
 
 using namespace heartbus;
 

@@ -1,6 +1,6 @@
 #include "tests/fuzz/targets/target.h"
 
-#include "common/config/units.h"
+#include "common/units/units.h"
 
 #include <cmath>
 

@@ -1,0 +1,123 @@
+#include "mech_solver/settings/parameters.h"
+
+namespace heartbus::mech {
+
+namespace {
+
+constexpr config::Range pressure_range =
+    config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
+
+void describe_law(Guccione &law, config::Section &s) {
+  s.quantity("c", law.c, "Pa", config::positive, "stiffness of the exponential");
+  s.number("a_ff", law.a_ff, config::non_negative, "exponent along the fibre");
+  s.number("a_ss", law.a_ss, config::non_negative, "exponent along the sheet");
+  s.number("a_nn", law.a_nn, config::non_negative, "exponent along the sheet normal");
+  s.number("a_fs", law.a_fs, config::non_negative, "exponent of shear fibre-sheet");
+  s.number("a_fn", law.a_fn, config::non_negative, "exponent of shear fibre-normal");
+  s.number("a_sn", law.a_sn, config::non_negative, "exponent of shear sheet-normal");
+  s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
+}
+
+template <class Isotropic>
+void describe_moduli(Isotropic &law, config::Section &s) {
+  s.quantity("mu", law.mu, "Pa", config::positive, "shear modulus");
+  s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
+}
+
+/// Blocks whose names the scene chooses.
+template <class Parameters>
+std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all, config::Section &s,
+                                         const Parameters &usual) {
+  for (const auto &name : s.free_keys())
+    all.emplace(name, usual);
+  return all;
+}
+
+} // namespace
+
+void ActiveParameters::describe(config::Section &s) {
+  s.choice("model", model, {"rdq18_ann", "prescribed", "none"},
+           "force generation; prescribed: 'tension' everywhere; none: a passive solid");
+  s.quantity("tension_max", tension_max, "Pa", config::non_negative, "tension at full permissivity");
+  s.quantity(
+      "sarcomere_length", sarcomere_length, "um", config::between(1, 3),
+      "at rest; the paper gives none; with 1.75 um its 500 kPa and cells paced every 0.8 s eject half of the volume");
+  tension.describe(s.section("tension", "of model prescribed"), "Pa", config::non_negative, "active tension");
+  s.choice("measure", measure, {"nominal", "second_piola"}, "what a prescribed tension is as a stress");
+}
+
+void PericardiumParameters::describe(config::Section &s) {
+  s.texts("labels", labels, "boundary parts it covers");
+  s.quantity("K_perp", K_perp, "Pa/m", config::non_negative,
+             "normal stiffness; the paper prints 10 kPa/m for the ellipsoid, less than the tangential stiffness and a "
+             "twentieth of what it uses for the realistic ventricle, taken for a misprint");
+  s.quantity("K_par", K_par, "Pa/m", config::non_negative, "tangential stiffness");
+  s.quantity("C_perp", C_perp, "Pa s/m", config::non_negative, "normal damping");
+  s.quantity("C_par", C_par, "Pa s/m", config::non_negative, "tangential damping");
+}
+
+void LoadParameters::describe(config::Section &s) {
+  s.text("label", label, "boundary part that is loaded");
+  pressure.describe(s.section("pressure", "from outside, follows the surface"), "Pa", pressure_range, "pressure");
+  s.quantities("traction", traction, "Pa", 3, "dead load per area at rest");
+  share.describe(s.section("share", "of the traction, in time"), "1", config::between(-1e6, 1e6), "factor");
+  if (label.empty())
+    s.fail("label", "which boundary part does this load act on?");
+}
+
+void MaterialParameters::describe(config::Section &s) {
+  s.choice("law", law, {"guccione", "neo_hookean", "saint_venant_kirchhoff"}, "constitutive law");
+  describe_law(guccione, s.section("guccione", "transversely anisotropic exponential law of passive myocardium"));
+  describe_moduli(neo_hookean, s.section("neo_hookean", "isotropic law"));
+  describe_moduli(saint_venant_kirchhoff,
+                  s.section("saint_venant_kirchhoff", "isotropic law, linear in Green's strain"));
+  s.quantity("density", density, "kg/m^3", config::positive, "in the reference configuration");
+}
+
+void RegionParameters::describe(config::Section &s) {
+  MaterialParameters::describe(s);
+  s.boolean("contracts", contracts, "whether it has active tension");
+}
+
+void SolverParameters::describe(config::Section &s) {
+  s.number("residual_tolerance", residual_tolerance, {1e-14, 1e-2}, "of Newton, relative to the norm of nodal forces");
+  s.number("update_tolerance", update_tolerance, {1e-14, 1},
+           "of what Newton's next update would be, relative to the smallest cell");
+  s.number("linear_tolerance", linear_tolerance, {1e-14, 0.5}, "of the linear solver, relative to the residual");
+  s.integer("max_iterations", max_iterations, {1, 1000}, "of Newton");
+  s.choice("preconditioner", preconditioner, {"auto", "jacobi", "ilu", "amg"},
+           "of the dynamic systems; auto: ilu, and amg from where a stiff wall makes it slow");
+}
+
+void Parameters::describe(config::Section &s) {
+  MaterialParameters::describe(s);
+  config::Section &by_name =
+      s.section("regions", "regions of the mesh that differ, by name: the keys above and 'contracts'");
+  for (auto &[name, region] : named(regions, by_name, RegionParameters{*this, true}))
+    region.describe(by_name.section(name, ""));
+  s.choice("volume", volume, {"penalty", "mean_dilatation"},
+           "energy of volume at each point, or of each cell as a whole: for large kappa");
+  s.boolean("inertia", inertia, "false: a state of equilibrium in each step");
+  active.describe(s.section("active", "force generation"));
+  pericardium.describe(s.section("pericardium", "springs and dampers on the outside"));
+  s.texts("fixed", fixed, "boundary parts without displacement");
+  s.texts("rollers", rollers, "flat boundary parts without normal displacement");
+  s.quantity("initial_pressure", initial_pressure, "Pa", pressure_range,
+             "on the interface, to which the solid is inflated; without blood it stays there");
+  s.integer("inflation_steps", inflation_steps, {1, 10000}, "load steps of the inflation");
+  config::Section &pushes = s.section("loads", "pressures and tractions on boundary parts, by names of one's own");
+  for (auto &[name, load] : named(loads, pushes, LoadParameters{}))
+    load.describe(pushes.section(name, ""));
+  s.quantities("gravity", gravity, "m/s^2", 3, "acceleration by a dead body force");
+  config::Section &points =
+      s.section("probes", "points at rest whose displacements are columns of history.csv, by name");
+  for (auto &[name, point] : named(probes, points, std::vector<double>(3)))
+    points.quantities(name, point, "m", 3, "");
+  s.boolean(
+      "active_increment", active_increment,
+      "whether the first wall force of a step contains the change of active stress; without: the classical lagged "
+      "Robin-Neumann datum");
+  solver.describe(s.section("solver", "Newton and its linear systems"));
+}
+
+} // namespace heartbus::mech
