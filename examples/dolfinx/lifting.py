@@ -6,8 +6,7 @@ import ventricle
 
 import heartbus
 
-with heartbus.join("ale", "lifting") as bus:
-    ventricle.start(bus.communicator)
+def lift(bus):
     import dolfinx
     import ufl
     from petsc4py import PETSc
@@ -47,3 +46,6 @@ with heartbus.join("ale", "lifting") as bus:
         dolfinx.fem.petsc.set_bc(right, conditions)
         solver.solve(right, motion.vector)
         mesh_motion[:] = motion.x.array.reshape(-1, 3)[:blood.n_owned]
+
+
+ventricle.take_part("ale", "lifting", lift)

@@ -74,6 +74,7 @@ class Wall:
 
     def frame(self):
         """f, s, n and nu at the points of quadrature."""
+        import basix
         import ufl
         from dolfinx import fem
         mesh = self.body.mesh
@@ -82,7 +83,8 @@ class Wall:
         scalars = fem.FunctionSpace(mesh, ufl.FiniteElement(**element))
         index_map = mesh.topology.index_map(3)
         cells = np.arange(index_map.size_local + index_map.num_ghosts, dtype=np.int32)
-        places = fem.Expression(ufl.SpatialCoordinate(mesh), scalars.element.interpolation_points()).eval(cells)
+        points, _ = basix.make_quadrature(basix.CellType.hexahedron, DEGREE)
+        places = fem.Expression(ufl.SpatialCoordinate(mesh), points).eval(cells)
         fields = []
         for values in ventricle.fibres(places.reshape(-1, 3)):
             function = fem.Function(vectors if values.ndim == 2 else scalars)
@@ -133,8 +135,7 @@ class Wall:
         raise heartbus.Failure(heartbus.NOT_CONVERGED, "Newton's method of the wall: no convergence in 30 iterations")
 
 
-with heartbus.join("mech", "mechanics") as bus:
-    ventricle.start(bus.communicator)
+def contract(bus):
     body = ventricle.Body(bus.communicator, bus.text("mesh", "ventricle.h5"), "solid")
     wall, n = Wall(body), body.n_owned
     interface = body.nodes("interface")
@@ -196,3 +197,6 @@ with heartbus.join("mech", "mechanics") as bus:
             d[:], d_n[:], d_nm1[:], s_n, force_n[:] = (state[key] for key in ("d_n", "d_n", "d_nm1", "s", "force"))
             s, wall.share.value, wall_force[:] = s_n.copy(), 1, force_n
             show(d_nm1, frequency)
+
+
+ventricle.take_part("mech", "mechanics", contract)

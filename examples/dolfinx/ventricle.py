@@ -1,15 +1,25 @@
-"""Meshes of heartbus in DOLFINx, and the fibres of the ideal ventricle. Before the first import of dolfinx: `start`."""
+"""Meshes of heartbus in DOLFINx, and the fibres of the ideal ventricle."""
+import gc
+
 import h5py
 import numpy as np
+
+import heartbus
 
 ACROSS, ALONG, WALL = 22e-3, 62e-3, 10e-3                      # of the ellipsoid: endocardium, thickness, m
 ENDO, EPI, DISPERSION = np.deg2rad([60.0, -60.0, 30.0])         # angles of the fibres
 
 
-def start(communicator):
-    """PETSc on the participant's own ranks: it would take those of all programs."""
-    import petsc4py
-    petsc4py.init([], comm=communicator)
+def take_part(name, program, part):
+    """Joins a run and does `part(bus)`. PETSc gets the ranks of this participant before it is first imported, it would take
+    those of all programs; what it and DOLFINx hold is freed before MPI ends."""
+    with heartbus.join(name, program) as bus:
+        import petsc4py
+        petsc4py.init([], comm=bus.communicator)
+        from petsc4py import PETSc
+        part(bus)
+        gc.collect()
+        PETSc._finalize()
 
 
 class Body:
@@ -41,8 +51,13 @@ class Body:
         return np.flatnonzero(self._on(label, self.x))
 
     def _on(self, label, x):
-        here = {tuple(point) for point in self._points[np.unique(self._faces[label])]}
-        return np.array([tuple(point) in here for point in x], dtype=bool)
+        here = set(map(place, self._points[np.unique(self._faces[label])]))
+        return np.array([place(point) in here for point in x], dtype=bool)
+
+
+def place(point):
+    """A point up to what rounding makes of it [nm]."""
+    return tuple(np.round(1e9 * point).astype(int))
 
 
 def fibres(x):
