@@ -1,4 +1,4 @@
-"""Motion of the fluid's mesh in DOLFINx, in place of ale_solver: each component of the wall's motion, lifted harmonically.
+"""Motion of the fluid's mesh in DOLFINx, in place of ale_solver: the wall's motion, lifted harmonically.
 
     -Laplace d = 0,  d as the wall's on `interface`, d = 0 on `base`, `mitral`, `aortic`"""
 import numpy as np

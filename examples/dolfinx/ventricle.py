@@ -11,8 +11,8 @@ ENDO, EPI, DISPERSION = np.deg2rad([60.0, -60.0, 30.0])         # angles of the 
 
 
 def take_part(name, program, part):
-    """Joins a run and does `part(bus)`. PETSc gets the ranks of this participant before it is first imported, it would take
-    those of all programs; what it and DOLFINx hold is freed before MPI ends."""
+    """Joins a run and does `part(bus)`. PETSc gets the ranks of this participant before it is first imported: it would
+    take those of all programs. What it and DOLFINx hold is freed before MPI ends."""
     with heartbus.join(name, program) as bus:
         import petsc4py
         petsc4py.init([], comm=bus.communicator)
@@ -23,8 +23,8 @@ def take_part(name, program, part):
 
 
 class Body:
-    """The solid or the fluid of a mesh file (coupler SCENE --write-mesh FILE), with a space of linear vectors: its nodes are
-    the points of the bus. Positions of all, owned nodes first [m]; nodes and facets of a boundary part by its label."""
+    """The solid or the fluid of a mesh file (coupler SCENE --write-mesh FILE), and linear vectors on it, whose nodes
+    are the points of the bus: `x`, the owned ones first [m], and by label nodes and facets of a boundary part."""
 
     def __init__(self, communicator, path, part):
         import dolfinx
