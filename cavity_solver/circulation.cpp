@@ -7,12 +7,7 @@ namespace heartbus::cavity {
 
 double Circulation::solve(const CavityAnswer &cavity, double old_volume, double dt) {
   const CirculationParameters &p = parameters_;
-  // The arteries by implicit Euler: p_art = rest + slope Q_aortic.
-  double rest = arterial_n_, slope = 0;
-  if (p.compliance > 0) {
-    slope = 1 / (p.compliance / dt + 1 / p.peripheral_resistance);
-    rest = slope * (p.compliance / dt * arterial_n_ + p.venous_pressure / p.peripheral_resistance);
-  }
+  const auto [rest, slope] = p.arteries.answer(arterial_n_, dt);
   const double mitral = dt / p.mitral_resistance, aortic = dt / (p.aortic_resistance + slope); // [m^3/Pa]
   const double closed = old_volume - cavity.volume + cavity.compliance * cavity.pressure;      // C p, valves closed
   double pressure = closed / cavity.compliance;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "fluid_solver/models/windkessel.h"
+
 namespace heartbus::cavity {
 
 /// What the blood in the ventricle meets: an atrium of constant pressure, an aorta as a three-element Windkessel, and
@@ -9,9 +11,7 @@ struct CirculationParameters {
   double mitral_resistance = 1e6;   ///< of the open valve [Pa s/m^3]
   double aortic_resistance = 1.3e7; ///< of the open valve and the proximal aorta [Pa s/m^3]
   double arterial_pressure = 9000;  ///< of the vessels before the first beat [Pa]
-  double compliance = 0;            ///< of the arteries [m^3/Pa]; 0: their pressure is constant, a mere resistance
-  double peripheral_resistance = 0; ///< from the arteries to the veins [Pa s/m^3], with a compliance
-  double venous_pressure = 0;       ///< [Pa]
+  fluid::Windkessel arteries;
 };
 
 /// How the cavity answers: V(p) = volume + compliance (p - pressure).

@@ -27,10 +27,10 @@ cavity::CirculationParameters read_parameters(bus::Participant &participant, con
     }
   };
   quantity("mitral_resistance", "kg/(s m^4)", circulation.mitral_resistance);
-  quantity("compliance", "m^3/Pa", circulation.compliance);
-  quantity("peripheral_resistance", "kg/(s m^4)", circulation.peripheral_resistance);
-  quantity("venous_pressure", "Pa", circulation.venous_pressure);
-  if (circulation.compliance > 0 && !(circulation.peripheral_resistance > 0))
+  quantity("compliance", "m^3/Pa", circulation.arteries.compliance);
+  quantity("peripheral_resistance", "kg/(s m^4)", circulation.arteries.peripheral_resistance);
+  quantity("venous_pressure", "Pa", circulation.arteries.venous_pressure);
+  if (circulation.arteries.compliance > 0 && !(circulation.arteries.peripheral_resistance > 0))
     throw Failure(ExitCode::scene,
                   "key 'participants." + participant.name() +
                       ".settings.peripheral_resistance': a compliance needs one, e.g. 1.2e8 kg/(s m^4)");

@@ -17,7 +17,8 @@ using fem::Vector;
 FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &parameters,
                          const interface::BloodSettings &settings, double dt, std::shared_ptr<spdlog::logger> log)
     : space_(space), parameters_(parameters), log_(std::move(log)), problem_(space, parameters, settings.alpha, dt),
-      dt_(dt), side_(space, settings, dt), mesh_motion_(3 * space.n_owned_nodes()) {
+      dt_(dt), side_(space, settings, dt), mesh_motion_(3 * space.n_owned_nodes()),
+      arterial_pressure_n_(parameters.valves.aortic_pressure) {
   if (space.has_label("mitral") != space.has_label("aortic"))
     throw Failure(ExitCode::scene,
                   "the fluid mesh has one valve; it needs both boundaries 'mitral' and 'aortic' or none");
@@ -72,6 +73,8 @@ void FluidSolver::declare(bus::Declaration &bus) {
   if (valves_) {
     bus.scalar("mitral_flow", "m^3/s", [this] { return at_mitral_.flow; });
     bus.scalar("aortic_flow", "m^3/s", [this] { return at_aortic_.flow; });
+    if (parameters_.arteries.compliance > 0)
+      bus.scalar("arterial_pressure", "Pa", [this] { return arterial_pressure_n_; });
     bus.state("phase", Valves::phase_names(), [this] { return int(valves_->phase()); });
   }
   if (inlet_)
@@ -149,14 +152,24 @@ void FluidSolver::prepare_step(const bus::Step &step) {
     valves_->follow(problem_.volume_rate(motion));
   else if (valves_)
     switch_valves(step.time - step.size);
-  if (valves_)
+  if (valves_) {
     show_valves();
+    prepare_aorta();
+  }
   if (inlet_)
     inlet_->pressure = parameters_.inlet.pressure.at(step.time);
   problem_.prepare(motion);
 }
 
+/// Through the open valve sigma n = -(p + R Q) n with p = rest + slope Q: nothing is iterated.
+void FluidSolver::prepare_aorta() {
+  arteries_ = parameters_.arteries.answer(arterial_pressure_n_, dt_);
+  aortic_->pressure = arteries_.rest;
+  aortic_->resistance = parameters_.aortic_resistance + arteries_.slope;
+}
+
 void FluidSolver::switch_valves(double time) {
+  valves_->set_aortic_pressure(arterial_pressure_n_);
   if (const auto reason = valves_->update(time, problem_.mean_pressure(), at_mitral_, at_aortic_))
     log_->info("t = {:.4f} s: {}; {}", time, *reason, Valves::phase_names()[valves_->phase()]);
 }
@@ -223,6 +236,7 @@ void FluidSolver::commit_step(const bus::Step &step) {
   if (valves_) {
     at_mitral_ = at(*mitral_, -1);
     at_aortic_ = at(*aortic_, 1);
+    arterial_pressure_n_ = arteries_.rest + arteries_.slope * at_aortic_.flow;
   }
   watch_inflow(step);
   if (writer_ && output_.due(step.number, step.size))
@@ -236,7 +250,9 @@ void FluidSolver::visit(io::State &state) {
     state.number("mitral_pressure", at_mitral_.pressure);
     state.number("aortic_flow", at_aortic_.flow);
     state.number("aortic_pressure", at_aortic_.pressure);
+    state.number("arterial_pressure", arterial_pressure_n_);
     show_valves();
+    prepare_aorta(); // whose resistance the probes of alpha see before the next step
   }
   state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
   problem_.visit(state);

@@ -58,7 +58,8 @@ class FluidSolver : public bus::Solver {
   void watch_inflow(const bus::Step &step);
   void require_opening() const;
   void switch_valves(double time);
-  void show_valves(); ///< to the problem
+  void show_valves();
+  void prepare_aorta(); ///< to the problem
   AtOrifice at(const Orifice &orifice, double direction) const;
   void visit(io::State &state);
   void write(double time);
@@ -80,6 +81,8 @@ class FluidSolver : public bus::Solver {
   InflowWatch inflow_watch_;                           ///< of the mitral valve, or the inlet
   int coupling_iterations_ = 0;                        ///< of the last step
 
+  double arterial_pressure_n_;        ///< p^n of the arteries [Pa]
+  Windkessel::Answer arteries_{0, 0}; ///< in this step
   OutputParameters output_;
   std::unique_ptr<io::FieldWriter> writer_;
 };

@@ -49,6 +49,9 @@ class Valves {
   /// the cavity shrinks.
   void follow(double volume_rate) { phase_ = volume_rate < 0 ? ejection : filling; }
 
+  /// Of an aorta whose pressure changes: that downstream of its valve [Pa].
+  void set_aortic_pressure(double pressure) { rules_.aortic_pressure = pressure; }
+
   /// To be saved or loaded.
   void visit(io::State &state);
 

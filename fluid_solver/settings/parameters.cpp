@@ -28,9 +28,18 @@ void Parameters::describe(config::Section &s) {
   inlet.describe(s.section("inlet", "an opening under pressure"));
   s.quantity("mitral_pressure", valves.mitral_pressure, "Pa", blood_pressure,
              "atrial pressure at the open mitral valve");
-  s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", blood_pressure, "pressure of the aorta without flow");
+  s.quantity("aortic_pressure", valves.aortic_pressure, "Pa", blood_pressure,
+             "pressure of the aorta without flow; of a windkessel at the start");
   s.quantity("aortic_resistance", aortic_resistance, "kg/(s m^4)", non_negative,
              "rise of the aortic pressure per flow through the open valve");
+  config::Section &windkessel = s.section("windkessel", "arteries whose pressure follows the blood that comes");
+  windkessel.quantity("compliance", arteries.compliance, "m^3/Pa", non_negative,
+                      "of the arteries; 0: their pressure is constant");
+  windkessel.quantity("peripheral_resistance", arteries.peripheral_resistance, "kg/(s m^4)", non_negative,
+                      "from the arteries to the veins");
+  windkessel.quantity("venous_pressure", arteries.venous_pressure, "Pa", blood_pressure, "of the veins");
+  if ((arteries.compliance > 0) != (arteries.peripheral_resistance > 0))
+    s.fail("windkessel", "needs 'compliance' and 'peripheral_resistance', or neither");
   s.quantity("valve_hysteresis", valves.hysteresis, "Pa", non_negative, "excess of pressure that opens a closed valve");
   s.quantity("valve_blanking", valves.blanking, "s", non_negative, "time after a switch without another one");
   s.quantity("mitral_guard", valves.mitral_guard, "s", non_negative,

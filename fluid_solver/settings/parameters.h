@@ -3,6 +3,7 @@
 #include "common/config/section.h"
 #include "common/config/table.h"
 #include "fluid_solver/models/valves.h"
+#include "fluid_solver/models/windkessel.h"
 
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ struct Parameters {
   double initial_pressure = 1333;   ///< p0 [Pa]
   double aortic_resistance = 1.3e7; ///< R_AV [kg/(s m^4)]
   ValveRules valves;                ///< with p_MV and p_AV0
+  Windkessel arteries;              ///< behind the aortic valve
   double backflow = 1;              ///< beta of the stabilisation of inflow through open boundaries
   std::vector<std::string> no_slip{"base"}, slip;
   InletParameters inlet;

@@ -11,8 +11,8 @@ constexpr double dt = 1e-3, mL = 1e-6;
 
 CirculationParameters windkessel() {
   CirculationParameters parameters;
-  parameters.compliance = 1.5e-8;
-  parameters.peripheral_resistance = 1.2e8;
+  parameters.arteries.compliance = 1.5e-8;
+  parameters.arteries.peripheral_resistance = 1.2e8;
   return parameters;
 }
 
