@@ -12,7 +12,7 @@ from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
 from launching.plan import ask_coupler, quoted
-from launching.programs import ROOT, programs
+from launching.programs import ROOT, command, programs
 from launching.watch import FILE, Watch
 
 SCENE = 2  # exit code
@@ -77,11 +77,11 @@ def tell(folder):
     print("\n" + tables.for_terminal(*tables.indicators([run])))
     found = plausibility.findings(run)
     print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found) + "\n" * bool(found))
-    command = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
-    if subprocess.run(command, check=False, stdout=subprocess.DEVNULL).returncode != 0:
+    words = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
+    if subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode != 0:
         print("No report: tools/report.py failed", file=sys.stderr)
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
-          f"tools/heartbus report {quoted([folder])} adds pictures and films of the fields")
+          f"{command()} report {quoted([folder])} adds pictures and films of the fields")
 
 
 def run(words):

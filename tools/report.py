@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from launching.programs import programs
+from launching.programs import command, programs
 from results import load
 
 try:
@@ -44,8 +44,8 @@ def render(runs):
             continue
         if run.indicators and is_newer(run.folder / "report/films.json", run.folder / "indicators.json"):
             continue
-        command = [sys.executable, PICTURES, run.folder, "--films"]
-        result = subprocess.run(command, check=False, stderr=subprocess.PIPE, text=True)
+        words = [sys.executable, PICTURES, run.folder, "--films"]
+        result = subprocess.run(words, check=False, stderr=subprocess.PIPE, text=True)
         if result.returncode != 0:
             return "No pictures: " + (result.stderr.strip().splitlines() or ["tools/pictures.py failed"])[-1]
     return ""
@@ -77,7 +77,7 @@ def main():
     out = options.out or (runs[0].folder / "report" if len(runs) == 1 else Path("comparison"))
     out.mkdir(parents=True, exist_ok=True)
     drawn = draw(runs, out, ("svg",) if options.charts else style.FORMATS)
-    missing = "Pictures, films, charts as PNG and PDF: tools/heartbus report, without --charts." if options.charts else render(runs)
+    missing = f"Pictures, films, charts as PNG and PDF: {command()} report, without --charts." if options.charts else render(runs)
     (out / "report.html").write_text(page(runs, drawn, defaults(), missing))
     print(out / "report.html")
     if missing and not options.charts:

@@ -8,7 +8,7 @@
     tools/study.py stability configs/studies/stability_piston.yaml
     tools/study.py budget configs/ideal_lv/efs1.yaml --of EF p_max           # what contributes what to the error of a scene
 
-Results: results/studies/<study>/ with table.csv, table.md, figures, and runs/<name>, links to results/studies/runs/, which
+Results: results/studies/<study>/ of this folder with table.csv, table.md, figures, and runs/<name>, links to results/studies/runs/, which
 all studies share. Exit code: 0, 1 when something is missing (it is said what), 2 when the study is wrong.
 """
 import argparse
@@ -18,7 +18,7 @@ import sys
 from pathlib import Path
 
 from study import border, budget, figures, pareto, table
-from study.launch import ROOT, defaults
+from study.launch import defaults
 from study.plan import Study
 from study.schedule import Schedule
 from study.scene import StudyError
@@ -39,7 +39,7 @@ def arguments():
     parser.add_argument("--tolerance", nargs="+", default=[], metavar="EF=2%", help="of advise: errors that may be")
     parser.add_argument("--of", nargs="+", default=[], metavar="NAME", help="of budget: EF p_max V p activation")
     parser.add_argument("--name", help="of the folder of table and figures; default: the study file's")
-    parser.add_argument("--out", type=Path, default=ROOT / "results/studies", help="folder of all studies")
+    parser.add_argument("--out", type=Path, default=Path("results/studies"), help="folder of all studies")
     return parser.parse_args()
 
 

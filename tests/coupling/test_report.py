@@ -12,7 +12,7 @@ import unittest
 from pathlib import Path
 
 import yaml
-from launch import SOURCE, Forked, Launch
+from launch import BIN, SOURCE, Forked, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
@@ -315,6 +315,14 @@ class OneCommand(Temporary):
         self.assertEqual(completed("example", "pis"), ["piston"])
         self.assertIn("--charts", completed("report", "--"))
         self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
+    def test_every_example_is_valid_where_it_is_written(self):
+        listed = [line.split()[0] for line in self.succeed("example").splitlines()]
+        self.assertGreater(len(listed), 20)
+        for name in listed:
+            self.succeed("example", name)
+            check = Launch([BIN / "coupler", f"{name}.yaml", "--validate"], self.folder)
+            self.assertEqual(check.code, 0, check.output)
 
     def test_from_an_example_to_a_report_and_no_result_is_lost(self):
         """The second run has almost the alpha that the piston's wall bears, as the first one has found it."""

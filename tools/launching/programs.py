@@ -5,6 +5,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]  # of the source, or share/heartbus
 
 
+def command():
+    """What is typed for tools/heartbus: in the source, or where it is installed."""
+    return "tools/heartbus" if (ROOT / "run").exists() else "heartbus"
+
+
 def programs():
     """The folder of the coupler and the others: as told, as built, or as installed."""
     built, installed = ROOT / "build/release/bin", ROOT.parents[1] / "bin"

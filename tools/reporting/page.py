@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from launching.programs import command
 from results import provenance
 
 from . import tables
@@ -94,7 +95,7 @@ def repetition(run):
     about = provenance(run.folder)
     made = f"<p>Made by</p><pre>{text(shlex.join(about['command']))}</pre>" if about.get("command") else ""
     scene = run.folder / "scene.resolved.yaml"
-    return made + f"<p>Repeated by</p><pre>{text(shlex.join(['tools/heartbus', 'run', str(scene), '--out', 'NEW_FOLDER']))}</pre>"
+    return made + f"<p>Repeated by</p><pre>{text(shlex.join([command(), 'run', str(scene), '--out', 'NEW_FOLDER']))}</pre>"
 
 
 def differences(runs, defaults):
