@@ -3,6 +3,7 @@
 In place of blood in three dimensions, in the scheme `circulation`: the wall tells its volume V and its answer C to
 pressure; p is found with V + C (p - guess) = V_old + dt (Q_mitral - Q_aortic), so that no blood is lost."""
 import json
+from pathlib import Path
 
 import heartbus
 
@@ -23,8 +24,7 @@ with heartbus.join("circulation", "circulation") as bus:
     bus.task("start")
     shown = {name: bus.scalar(name, unit) for name, unit in (("volume", "m^3"), ("mean_pressure", "Pa"),
                                                              ("mitral_flow", "m^3/s"), ("aortic_flow", "m^3/s"))}
-    old = {"blood": 0.0, "pressure": initial, "vessels": bus.setting("arterial_pressure", "Pa", 9000)}
-    new = dict(old)
+    old = new = {"blood": 0.0, "pressure": initial, "vessels": bus.setting("arterial_pressure", "Pa", 9000)}
 
     def flow(dp, resistance, area):
         """Q of dp = R Q + rho/2 (Q / A)^2: resistance and jet of a valve; nothing flows backwards."""
@@ -50,11 +50,9 @@ with heartbus.join("circulation", "circulation") as bus:
         elif order.what == heartbus.SOLVE:
             new = solve(order.size)
         elif order.what == heartbus.SAVE:
-            with open(order.text + "/circulation.json", "w") as file:
-                json.dump(old, file)
+            Path(order.text, "circulation.json").write_text(json.dumps(old))
         elif order.what == heartbus.LOAD:
-            with open(order.text + "/circulation.json") as file:
-                new = json.load(file)
+            new = json.loads(Path(order.text, "circulation.json").read_text())
         if order.what in (heartbus.TASK, heartbus.COMMIT, heartbus.LOAD):
             old = dict(new)
         pressure[0] = shown["mean_pressure"][0] = new["pressure"]
