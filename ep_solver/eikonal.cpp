@@ -57,11 +57,12 @@ class Front {
   bool take_from_neighbours();
   void pass_through(unsigned slot, unsigned node);
   void offer(unsigned node, double time);
-  double arrival(unsigned slot, unsigned node, const Triangle &origin) const;
+  double arrival_at(unsigned slot, unsigned a, const Triangle &origin) const;
 
   const fem::LagrangeSpace &space_;
   Origins origins_;
-  std::vector<Arrival> cells_;               ///< [slot]
+  std::vector<Metric> metrics_;              ///< [slot]
+  std::vector<arrival::Vector> places_;      ///< [slot][node of the cell], stretched
   std::vector<std::vector<unsigned>> slots_; ///< [node]
   std::vector<double> times_;                ///< [node], ghosts too
   using Entry = std::pair<double, unsigned>; ///< time, node
@@ -71,7 +72,7 @@ class Front {
 Front::Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::Lanes>> &D, double front_speed)
     : space_(space),
       origins_(space.nodes_per_cell() == 8 ? origins_in_hexahedron() : origins_in_tetrahedra(space.nodes_per_cell())),
-      slots_(space.n_local_nodes()), times_(space.n_local_nodes(), Arrival::never) {
+      slots_(space.n_local_nodes()), times_(space.n_local_nodes(), arrival::never) {
   const unsigned n_q = space.n_q();
   for (unsigned slot = 0; slot < space.n_slots(); ++slot) {
     Mat3<double> V{};
@@ -79,15 +80,19 @@ Front::Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::Lanes>
       for (unsigned i = 0; i < 3; ++i)
         for (unsigned j = 0; j < 3; ++j)
           V[i][j] += front_speed * front_speed / n_q * D[slot / n_lanes * n_q + q][i][j][slot % n_lanes];
-    cells_.emplace_back(fem::inverse(V));
-    for (unsigned a = 0; a < space.nodes_per_cell() && space.slot_used(slot); ++a)
-      slots_[space.cell_nodes(slot)[a]].push_back(slot);
+    metrics_.emplace_back(V);
+    for (unsigned a = 0; a < space.nodes_per_cell(); ++a) {
+      const unsigned node = space.cell_nodes(slot)[a];
+      places_.push_back(metrics_[slot](space.points()[node]));
+      if (space.slot_used(slot))
+        slots_[node].push_back(slot);
+    }
   }
 }
 
 void Front::offer(unsigned node, double time) {
-  constexpr double round_off = 1e-13;
-  if (node >= space_.n_owned_nodes() || !(time < times_[node] * (1 - round_off)))
+  constexpr double too_little = 1e-10; // [s], to let a front pass through all that lies behind once more
+  if (node >= space_.n_owned_nodes() || !(time < times_[node] - too_little))
     return;
   times_[node] = time;
   queue_.push({time, node});
@@ -103,34 +108,35 @@ void Front::start(const StimulusSite &site, double time) {
                          });
     for (unsigned a = 0; a < n && reached; ++a) {
       const Point3 &x = space_.points()[nodes[a]], from = nearest_in(site, x);
-      offer(nodes[a], cells_[slot].from_corner({x[0] - from[0], x[1] - from[1], x[2] - from[2]}, time));
+      const arrival::Vector way{x[0] - from[0], x[1] - from[1], x[2] - from[2]};
+      offer(nodes[a], arrival::from_corner(metrics_[slot](way), time));
     }
   }
 }
 
-double Front::arrival(unsigned slot, unsigned node, const Triangle &origin) const {
-  const unsigned *nodes = space_.cell_nodes(slot);
-  std::array<Arrival::Vector, 3> from;
-  std::array<double, 3> times;
-  for (unsigned k = 0; k < 3; ++k) {
-    const unsigned corner = nodes[origin[k]];
+/// At a cell's node; infinite where the front comes there before the triangle.
+double Front::arrival_at(unsigned slot, unsigned a, const Triangle &origin) const {
+  const unsigned n = space_.nodes_per_cell(), *nodes = space_.cell_nodes(slot);
+  const std::array<double, 3> times{times_[nodes[origin[0]]], times_[nodes[origin[1]]], times_[nodes[origin[2]]]};
+  if (std::min({times[0], times[1], times[2]}) >= times_[nodes[a]])
+    return arrival::never;
+  const arrival::Vector *places = &places_[slot * n];
+  std::array<arrival::Vector, 3> from;
+  for (unsigned k = 0; k < 3; ++k)
     for (unsigned i = 0; i < 3; ++i)
-      from[k][i] = space_.points()[node][i] - space_.points()[corner][i];
-    times[k] = times_[corner];
-  }
-  return cells_[slot].from_triangle(from, times);
+      from[k][i] = places[a][i] - places[origin[k]][i];
+  return arrival::from_triangle(from, times);
 }
 
 /// From `node`, whose time has changed, to the others of the cell.
 void Front::pass_through(unsigned slot, unsigned node) {
-  const unsigned *nodes = space_.cell_nodes(slot);
-  for (unsigned a = 0; a < space_.nodes_per_cell(); ++a) {
-    if (nodes[a] >= space_.n_owned_nodes())
-      continue;
-    for (const Triangle &origin : origins_[a])
-      if (nodes[origin[0]] == node || nodes[origin[1]] == node || nodes[origin[2]] == node)
-        offer(nodes[a], arrival(slot, nodes[a], origin));
-  }
+  const unsigned n = space_.nodes_per_cell(), *nodes = space_.cell_nodes(slot);
+  const unsigned here = std::find(nodes, nodes + n, node) - nodes;
+  for (unsigned a = 0; a < n; ++a)
+    if (nodes[a] < space_.n_owned_nodes())
+      for (const Triangle &origin : origins_[a])
+        if (origin[0] == here || origin[1] == here || origin[2] == here)
+          offer(nodes[a], arrival_at(slot, a, origin));
 }
 
 void Front::march() {

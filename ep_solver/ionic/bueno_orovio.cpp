@@ -63,7 +63,7 @@ class BuenoOrovio : public IonicModel {
   double front_speed() const override { return front_speed_; }
 
   CellState initial_state(const std::string &kind) const override {
-    const Row row = kind == "published" ? Row{rest, 1, 1, 0, cell_.calcium_rest} : limit_cycle_;
+    const Row row = kind == "published" ? Row{rest, 1, 1, 0, 1, cell_.calcium_rest} : limit_cycle_;
     CellState cell{row[0], {row.begin() + 1, row.end()}};
     cell.states.resize(n_kept()); // the rate is zero
     return cell;
@@ -96,15 +96,15 @@ class BuenoOrovio : public IonicModel {
 
 std::unique_ptr<IonicModel> make_bueno_orovio_epi() {
   return std::make_unique<BuenoOrovio>(
-      epi, 73.8, Row{-0.0838577267, 0.999806824, 0.972142577, 0.0217015592, 0.115631006});
+      epi, 73.8, Row{-0.0838577267, 0.999806824, 0.972142577, 0.0217015592, 0.995086007, 0.115520304});
 }
 std::unique_ptr<IonicModel> make_bueno_orovio_endo() {
   return std::make_unique<BuenoOrovio>(
-      endo, 79.2, Row{-0.0838317698, 0.999306272, 0.927084491, 0.0217285808, 0.113136331});
+      endo, 79.2, Row{-0.0838317698, 0.999306272, 0.927084491, 0.0217285808, 0.995587252, 0.113044606});
 }
 std::unique_ptr<IonicModel> make_bueno_orovio_mid() {
   return std::make_unique<BuenoOrovio>(
-      mid, 90.9, Row{-0.0838337698, 0.993952507, 0.766452581, 0.0217266361, 0.126322739});
+      mid, 90.9, Row{-0.0838337698, 0.993952507, 0.766452581, 0.0217266361, 0.983509808, 0.126018864});
 }
 
 } // namespace heartbus::ep

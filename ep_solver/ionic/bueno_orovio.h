@@ -18,17 +18,19 @@
 ///     J_so = (u - u_o) (1 - H(u - theta_w)) / tau_o + H(u - theta_w) / tau_so,
 ///     J_si = -H(u - theta_w) w s / tau_si.
 ///
-/// The model has no calcium. What is sent as calcium is a surrogate of this program, no part of the article: a fifth
-/// variable c that follows the slow inward current, which is what brings calcium into a cell,
+/// The model has no calcium. What is sent as calcium is a surrogate of this program, no part of the article: a release
+/// that is driven by the variable s of the slow inward current, through channels of which a share r is open, and an
+/// uptake,
 ///
-///     dc/dt = (c_0 + A H(u - theta_w) w^2 s - c) / tau_c,   tau_c = 8 ms while c rises, 70 ms while it falls.
+///     dc/dt = B H(u - theta_w) r s - (c - c_0) / 150 ms,
+///     dr/dt = (1 - H(u - theta_w)) (1 - r) / 100 ms  -  H(u - theta_w) r / 12 ms.
 ///
-/// The power of w and both times are those with which its shape is nearest to the transients of the model of ten
-/// Tusscher and Panfilov (root of the mean square 7 % of the peak); c_0 and A give it their diastolic and peak values for
-/// the same cell type, both every 800 ms. Nothing depends on c.
+/// With the times of uptake and closing the transient is nearest to that of the model of ten Tusscher and Panfilov (root
+/// of the mean square 4 % of the peak); c_0 and B give it the diastolic and the peak value there for the same cell type,
+/// both every 800 ms. Nothing depends on c and r.
 namespace heartbus::ep::bueno_orovio {
 
-enum State : unsigned { v, w, s, Ca, n_states };
+enum State : unsigned { v, w, s, r, Ca, n_states };
 inline constexpr unsigned v_rate = n_states; ///< dv/dt over the last step, against which the next is compared
 inline constexpr unsigned n_kept = n_states + 1;
 
@@ -39,17 +41,17 @@ using States = std::array<T, n_kept>;
 struct CellType {
   double u_u, theta_v_minus, theta_o, tau_v1_minus, tau_v2_minus, tau_w1_minus, tau_w2_minus, k_w_minus, u_w_minus,
       tau_w_plus, tau_fi, tau_o1, tau_o2, tau_so1, tau_so2, k_so, u_so, tau_s2, tau_si, tau_w_inf, w_inf_star;
-  double calcium_rest, calcium_gain; ///< c_0, A [uM]
+  double calcium_rest, release; ///< c_0 [uM], B [uM/ms]
 };
 inline constexpr CellType epi{1.55,   0.006, 0.006, 60,      1150,   60,     15,   65, 0.03,   200,  0.11,
-                              400,    6,     30.0181, 0.9957, 2.0458, 0.65, 16, 1.8875, 0.07, 0.94, 0.11552, 2.498};
+                              400,    6,     30.0181, 0.9957, 2.0458, 0.65, 16, 1.8875, 0.07, 0.94, 0.107814, 0.35724};
 inline constexpr CellType endo{1.56, 0.2, 0.006, 75,  10,  6,    140, 200,    0.016,  280,  0.1,
-                               470,  6,   40,    1.2, 2,   0.65, 2,   2.9013, 0.0273, 0.78, 0.113045, 1.6865};
+                               470,  6,   40,    1.2, 2,   0.65, 2,   2.9013, 0.0273, 0.78, 0.106369, 0.14651};
 inline constexpr CellType mid{1.61, 0.1, 0.005, 80,  1.4506, 70,  8, 200,    0.016, 280, 0.078,
-                              410,  7,   91,    0.8, 2.1,    0.6, 4, 3.3849, 0.01,  0.5, 0.126019, 4.015};
+                              410,  7,   91,    0.8, 2.1,    0.6, 4, 3.3849, 0.01,  0.5, 0.11555, 0.2636};
 
 inline constexpr double theta_v = 0.3, theta_w = 0.13, tau_v_plus = 1.4506, tau_s1 = 2.7342, k_s = 2.0994, u_s = 0.9087;
-inline constexpr double tau_c_rising = 8, tau_c_falling = 70; // ms
+inline constexpr double tau_c = 150, tau_r_closing = 12, tau_r_opening = 100; // ms
 
 /// `above` where u >= threshold, `below` elsewhere.
 template <class T>
@@ -68,9 +70,9 @@ HEARTBUS_INLINE T S(const T &u, double k, double centre) {
   return sigmoid(u, centre, 0.5 / k);
 }
 
-/// Of v, w and s.
+/// Of v, w, s and r.
 template <class T>
-HEARTBUS_INLINE std::array<Gate<T>, 3> gates(const CellType &cell, const T &u) {
+HEARTBUS_INLINE std::array<Gate<T>, 4> gates(const CellType &cell, const T &u) {
   const T v_inf = jump(u, cell.theta_v_minus, 1, 0);
   const T tau_v_minus = jump(u, cell.theta_v_minus, cell.tau_v1_minus, cell.tau_v2_minus);
   const T w_inf = switched<T>(u, cell.theta_o, 1.0 - u * (1 / cell.tau_w_inf), T{} + cell.w_inf_star);
@@ -78,7 +80,8 @@ HEARTBUS_INLINE std::array<Gate<T>, 3> gates(const CellType &cell, const T &u) {
       cell.tau_w1_minus + (cell.tau_w2_minus - cell.tau_w1_minus) * S(u, cell.k_w_minus, cell.u_w_minus);
   return {{{switched<T>(u, theta_v, v_inf, T{}), switched<T>(u, theta_v, tau_v_minus, T{} + tau_v_plus)},
            {switched<T>(u, theta_w, w_inf, T{}), switched<T>(u, theta_w, tau_w_minus, T{} + cell.tau_w_plus)},
-           {S(u, k_s, u_s), jump(u, theta_w, tau_s1, cell.tau_s2)}}};
+           {S(u, k_s, u_s), jump(u, theta_w, tau_s1, cell.tau_s2)},
+           {jump(u, theta_w, 1, 0), jump(u, theta_w, tau_r_opening, tau_r_closing)}}};
 }
 
 /// J_fi + J_so + J_si [1/ms]
@@ -93,9 +96,7 @@ HEARTBUS_INLINE T current(const CellType &cell, const T &u, const States<T> &y) 
 
 template <class T>
 HEARTBUS_INLINE Gate<T> calcium(const CellType &cell, const T &u, const States<T> &y) {
-  const T inf = cell.calcium_rest + switched<T>(u, theta_w, T{}, cell.calcium_gain * square(y[w]) * y[s]);
-  const T rising = T{} + tau_c_rising, falling = T{} + tau_c_falling;
-  return {inf, y[Ca] < inf ? rising : falling};
+  return {cell.calcium_rest + tau_c * cell.release * switched<T>(u, theta_w, T{}, y[r] * y[s]), T{} + tau_c};
 }
 
 /// What a step of a cell gives besides its states: the current [1/ms], and how far v is from its extrapolation.
@@ -117,7 +118,6 @@ HEARTBUS_INLINE Outcome<T> step_euler(const CellType &cell, const T &u, const St
   const auto gate = gates(cell, u);
   for (unsigned k = 0; k < gate.size(); ++k)
     y_np1[k] = (gate[k].tau * y_n[k] + dt * gate[k].inf) / (gate[k].tau + dt);
-  y_np1[Ca] = y_n[Ca];
   const Gate<T> c = calcium(cell, u, y_np1);
   y_np1[Ca] = (c.tau * y_n[Ca] + dt * c.inf) / (c.tau + dt);
   const T error = finish_rates(y_n, y_np1, dt);
@@ -135,7 +135,6 @@ HEARTBUS_INLINE Outcome<T> step_midpoint(const CellType &cell, const T &u, const
     y_middle[k] = gate[k].inf + half * (y_n[k] - gate[k].inf);
     y_np1[k] = gate[k].inf + half * (y_middle[k] - gate[k].inf);
   }
-  y_middle[Ca] = y_n[Ca];
   const Gate<T> c = calcium(cell, u, y_middle);
   y_np1[Ca] = c.inf + decay(T(dt / c.tau)) * (y_n[Ca] - c.inf);
   const T error = finish_rates(y_n, y_np1, dt);
