@@ -72,14 +72,13 @@ TEST(Arrival, OfAPlaneWaveIsExact) {
   const Mat3<double> V = c * c * oblique();
   const ep::Metric metric(V);
   const std::array<arrival::Vector, 3> ways{{{1e-3, 1e-3, 3e-3}, {-1e-3, 1e-3, 3e-3}, {0, -2e-3, 3e-3}}};
-  arrival::Vector p{0.1, -0.3, 1};
+  const arrival::Vector ray{0.1, -0.05, 1}; // through the plane of the triangle, 3 mm below x, within it
+  arrival::Vector p = fem::inverse(V) * ray;
   const double size = std::sqrt(fem::dot(p, V * p));
-  std::array<double, 3> times;
-  std::array<arrival::Vector, 3> from;
   for (double &x : p)
     x /= size;
-  const arrival::Vector ray = V * p; // through the plane of the triangle, 3 mm below x, within it
-  ASSERT_LT(std::hypot(ray[0], ray[1]) / ray[2], 0.2);
+  std::array<double, 3> times;
+  std::array<arrival::Vector, 3> from;
   for (unsigned k = 0; k < 3; ++k) {
     times[k] = 0.05 - fem::dot(p, ways[k]);
     from[k] = metric(ways[k]);
@@ -92,24 +91,26 @@ TEST(Arrival, OfAPlaneWaveIsExact) {
   EXPECT_EQ(arrival::from_triangle(from, {times[2], times[2], times[2]}), arrival::never);
 }
 
-/// From one end of a bar with oblique fibres: where the ray from that end stays within the bar, T = x / sqrt(V_xx),
-/// elsewhere the front comes from the end's edges, later.
+/// From one end of a bar with oblique fibres: T = x / sqrt(V_xx) where the ray from that end stays within the bar and
+/// nothing from the sides, a cell further in with each layer of cells, can have come; elsewhere not earlier.
 TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
   const Mat3<double> D = oblique();
   const double speed = c * std::sqrt(D[0][0]);
   for (const Cells cells : all_cells) {
-    const geometry::Mesh mesh = box({20e-3, 12e-3, 12e-3}, {10, 6, 6}, cells);
+    const bool quadratic = cells == Cells::quadratic_tetrahedra;
+    const geometry::Mesh mesh = box({8e-3, 24e-3, 24e-3}, quadratic ? std::array<unsigned, 3>{2, 6, 6} : std::array<unsigned, 3>{4, 12, 12}, cells);
     const fem::LagrangeSpace space = space_of(mesh, cells);
     const auto times = ep::eikonal(space, everywhere(space, D), c, {{"cube", {-50e-3, 0, 0}, 50e-3}}, start);
     double exact_nodes = 0;
     const auto exact = [&](const Point3 &x) {
       const double y = x[1] - x[0] * D[1][0] / D[0][0], z = x[2] - x[0] * D[2][0] / D[0][0]; // where the ray begins
-      const bool within = y >= 0 && y <= 12e-3 && z >= 0 && z <= 12e-3;
+      const double margin = std::min({y, z, 24e-3 - y, 24e-3 - z, x[1], x[2], 24e-3 - x[1], 24e-3 - x[2]});
+      const bool within = margin >= x[0];
       exact_nodes += within && x[0] > 0;
       return within ? start + x[0] / speed : std::nan("");
     };
     EXPECT_LT(error(space, times, exact), 1e-12);
-    EXPECT_GT(dealii::Utilities::MPI::sum(exact_nodes, MPI_COMM_WORLD), 100);
+    EXPECT_GT(dealii::Utilities::MPI::sum(exact_nodes, MPI_COMM_WORLD), 60);
     double earliest = 1; // no node is reached before a plane front would
     for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
       earliest = std::min(earliest, times[node] - start - space.points()[node][0] / speed);
@@ -123,7 +124,7 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
   for (const Cells cells : all_cells) {
     double errors[2];
     for (const unsigned k : {0u, 1u}) {
-      const unsigned n = (cells == Cells::quadratic_tetrahedra ? 5 : 10) << k;
+      const unsigned n = (cells == Cells::quadratic_tetrahedra ? 3 : 6) << k;
       const geometry::Mesh mesh = box({20e-3, 20e-3, 20e-3}, {n, n, n}, cells);
       const fem::LagrangeSpace space = space_of(mesh, cells);
       const auto times = ep::eikonal(space, everywhere(space, isotropic()), c, {{"ball", {4e-3, 5e-3, 6e-3}, 5e-3}}, start);
@@ -133,8 +134,7 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
       });
     }
     EXPECT_GT(std::log2(errors[0] / errors[1]), 0.6);
-    EXPECT_LT(errors[1], 1e-3); // of 40 ms
-    std::printf("ball %g %g\n", errors[0], errors[1]);
+    EXPECT_LT(errors[1], 1.5e-3); // of 40 ms
   }
 }
 
@@ -142,7 +142,7 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
 TEST(Eikonal, AnisotropicDistanceFromACube) {
   const ep::Metric metric(c * c * oblique());
   for (const Cells cells : all_cells) {
-    const unsigned n = cells == Cells::quadratic_tetrahedra ? 8 : 16;
+    const unsigned n = cells == Cells::quadratic_tetrahedra ? 6 : 12;
     const geometry::Mesh mesh = box({16e-3, 16e-3, 16e-3}, {n, n, n}, cells);
     const fem::LagrangeSpace space = space_of(mesh, cells);
     const auto times = ep::eikonal(space, everywhere(space, oblique()), c, {{"cube", {0, 0, 0}, 2e-3}}, start);
@@ -154,8 +154,7 @@ TEST(Eikonal, AnisotropicDistanceFromACube) {
             nearest = std::min(nearest, arrival::from_corner(metric({x[0] - i, x[1] - j, x[2] - k}), start));
       return nearest;
     });
-    std::printf("cube %g\n", worst);
-    EXPECT_LT(worst, 2e-3); // of 50 ms
+    EXPECT_LT(worst, cells == Cells::hexahedra ? 2e-3 : 4e-3); // of 50 ms
   }
 }
 
