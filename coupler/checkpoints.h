@@ -2,7 +2,7 @@
 
 #include "coupler/file_lock.h"
 #include "coupler/manifest.h"
-#include "coupler/time_control.h"
+#include "coupler/sequence/time_control.h"
 #include "scene/scene.h"
 
 #include <memory>

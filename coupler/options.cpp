@@ -1,6 +1,8 @@
 #include "coupler/options.h"
 
 #include "common/base/failure.h"
+#include "common/geometry/mesh_writer.h"
+#include "common/geometry/shapes.h"
 #include "common/units/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
@@ -24,6 +26,7 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_flag("--validate", validate, "checks the scene and ends");
   app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
   app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
+  app.add_option("--write-mesh", options.mesh_file, "writes the meshes of the scene's shape to a mesh file and ends");
   std::string default_scene; // the last two are for launchers
   app.add_option("--default-scene", default_scene, "")->group("");
   app.add_option("--hand-over", options.hand_over, "")->group("");
@@ -39,6 +42,7 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   using Action = Options::Action;
   options.action = validate                                ? Action::validate
                    : print_defaults                        ? Action::print_defaults
+                   : !options.mesh_file.empty()            ? Action::write_mesh
                    : launch_line || options.hand_over >= 0 ? Action::launch_line
                                                            : Action::run;
   return {};
@@ -85,6 +89,15 @@ std::string with_place(const std::string &message, const std::string &scene_file
   return node->where + ": " + message;
 }
 
+void write_meshes(const geometry::Parameters &shape, const std::string &file) {
+  std::map<std::string, geometry::Mesh> parts;
+  if (!geometry::solid_labels(shape).empty())
+    parts["solid"] = geometry::make_solid(shape);
+  if (!geometry::fluid_labels(shape).empty())
+    parts["fluid"] = geometry::make_fluid(shape);
+  geometry::write_mesh_file(file, parts);
+}
+
 } // namespace
 
 int answer(const Options &options) {
@@ -94,6 +107,10 @@ int answer(const Options &options) {
       return 0;
     }
     const SceneParameters scene = scene_of(options);
+    if (options.action == Options::Action::write_mesh) {
+      write_meshes(scene.geometry, options.mesh_file);
+      return 0;
+    }
     const std::vector<AppContext> contexts = launch(options, scene);
     if (!options.restart.empty())
       find_checkpoint(options.restart, folder_of(options, scene), scene);

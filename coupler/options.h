@@ -16,8 +16,9 @@ struct Options {
   std::string folder;                ///< of the results; empty: results/<scene>
   std::vector<std::string> records;  ///< "field=FILE"
   std::string restart;               ///< from which checkpoint: see find_checkpoint; empty: from the start
+  std::string mesh_file;             ///< to be written from the scene's shape; empty: none
   int hand_over = -1;                ///< open file for a launcher, see coupler/launch.h; -1: none
-  enum class Action { run, validate, print_defaults, launch_line } action = Action::run;
+  enum class Action { run, validate, print_defaults, launch_line, write_mesh } action = Action::run;
 };
 
 /// Parses the command line; an exit code when there is nothing more to do (help, wrong usage).
@@ -32,7 +33,7 @@ std::string folder_of(const Options &options, const SceneParameters &scene);
 /// (field, file) of every --record.
 std::vector<std::pair<std::string, std::string>> records_of(const Options &options);
 
-/// Does what needs no launch: --validate, --print-defaults, --launch-line. Returns the exit code.
+/// Does what needs no launch: --validate, --print-defaults, --launch-line, --write-mesh. Returns the exit code.
 int answer(const Options &options);
 
 } // namespace heartbus::coupler

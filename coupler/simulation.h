@@ -6,7 +6,7 @@
 #include "coupler/history.h"
 #include "coupler/options.h"
 #include "coupler/sequence/sequence_runner.h"
-#include "coupler/time_control.h"
+#include "coupler/sequence/time_control.h"
 
 #include <memory>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "coupler/history.h"
-#include "coupler/time_control.h"
+#include "coupler/sequence/time_control.h"
 
 #include <chrono>
 #include <memory>

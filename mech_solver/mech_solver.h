@@ -2,7 +2,7 @@
 
 #include "common/bus/solver.h"
 #include "common/interface/nodal/wall_probe.h"
-#include "common/interface/pressure_correction.h"
+#include "common/interface/nodal/pressure_correction.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/nonlinear/iterate_moves.h"
@@ -54,7 +54,7 @@ class MechSolver : public bus::Solver {
   std::vector<bus::Stopwatch *> stopwatches() override { return {&problem_.stopwatch}; }
   /// Quasi-static d^0 under the initial pressure and the tension at rest, d^{-1} = d^0, L^0 = R_s(d^0, s^0).
   void inflate();
-  /// One pressure that makes up for the step's volume defect (common/interface/pressure_correction.h).
+  /// One pressure that makes up for the step's volume defect (common/interface/nodal/pressure_correction.h).
   void correct(const bus::Step &step);
   /// Moves the wall to where the circulation's pressure has it.
   void press(const bus::Step &step);

@@ -13,8 +13,6 @@
 namespace heartbus::geometry {
 namespace {
 
-constexpr const char *format = "heartbus mesh 1";
-
 std::vector<std::string> lines(const std::string &text) {
   std::vector<std::string> all;
   std::istringstream stream(text);
@@ -160,8 +158,8 @@ io::Hdf5Object open(const std::string &name) {
 MeshFile::MeshFile(const std::string &name) : name_(name) {
   said_of(name_, [&] {
     const io::Hdf5Object file = open(name_);
-    if (const std::string found = io::read_text(file, "format"); found != format)
-      throw Failure(ExitCode::file, "its format is '" + found + "', this version reads '" + format + "'");
+    if (const std::string found = io::read_text(file, "format"); found != mesh_file_format)
+      throw Failure(ExitCode::file, "its format is '" + found + "', this version reads '" + mesh_file_format + "'");
     if (!has("solid") && !has("fluid"))
       throw Failure(ExitCode::file, "has neither a group `solid` nor `fluid`");
   });

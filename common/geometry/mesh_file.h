@@ -8,6 +8,9 @@
 
 namespace heartbus::geometry {
 
+/// How a mesh file says what it is, and its version.
+inline constexpr const char *mesh_file_format = "heartbus mesh 1";
+
 /// What a mesh file says of one of its two meshes, without reading it.
 struct MeshSummary {
   Mesh::CellKind kind = Mesh::CellKind::tetrahedron;

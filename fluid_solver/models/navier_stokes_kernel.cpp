@@ -1,7 +1,7 @@
 #include "fluid_solver/models/navier_stokes_kernel.h"
 
 #include "common/simd/small_matrix.h"
-#include "fluid_solver/stabilization.h"
+#include "fluid_solver/models/stabilization.h"
 
 namespace heartbus::fluid {
 namespace {

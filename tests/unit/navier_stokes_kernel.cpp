@@ -1,6 +1,6 @@
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "common/simd/small_matrix.h"
-#include "fluid_solver/stabilization.h"
+#include "fluid_solver/models/stabilization.h"
 
 #include <gtest/gtest.h>
 
