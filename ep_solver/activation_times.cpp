@@ -44,8 +44,8 @@ std::vector<double> matched(const std::string &file_name, const std::vector<std:
 std::vector<double> eikonal_times(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const IonicModel &model,
                                   const Parameters &parameters) {
   const ConductivityParameters &sigma = parameters.conductivity;
-  const double front_speed = parameters.eikonal.automatic_speed ? model.front_speed()
-                                                                : parameters.eikonal.speed / std::sqrt(sigma.fibre);
+  const double front_speed =
+      parameters.eikonal.automatic_speed ? model.front_speed() : parameters.eikonal.speed / std::sqrt(sigma.fibre);
   const double start =
       latency(model, parameters.initial_state, parameters.stimulus.amplitude, parameters.stimulus.duration);
   std::vector<double> times =

@@ -39,16 +39,20 @@ HEARTBUS_INLINE void step_all(std::size_t n_nodes, const double *v, const Lanes 
 
 HEARTBUS_SIMD void euler(const CellType &cell, std::size_t n_nodes, const double *v, const Lanes *states_n,
                          Lanes *states_np1, double dt, double *i_ion, double *error) {
-  step_all(n_nodes, v, states_n, states_np1, i_ion, error,
-           [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1)
-               __attribute__((always_inline)) { return step_euler(cell, u, y_n, y_np1, per_ms * dt); });
+  step_all(
+      n_nodes, v, states_n, states_np1, i_ion,
+      error, [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1) __attribute__((always_inline)) {
+        return step_euler(cell, u, y_n, y_np1, per_ms * dt);
+      });
 }
 
 HEARTBUS_SIMD void midpoint(const CellType &cell, std::size_t n_nodes, const double *v, const Lanes *states_n,
                             Lanes *states_np1, double dt, double *i_ion, double *error) {
-  step_all(n_nodes, v, states_n, states_np1, i_ion, error,
-           [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1)
-               __attribute__((always_inline)) { return step_midpoint(cell, u, y_n, y_np1, per_ms * dt); });
+  step_all(
+      n_nodes, v, states_n, states_np1, i_ion,
+      error, [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1) __attribute__((always_inline)) {
+        return step_midpoint(cell, u, y_n, y_np1, per_ms * dt);
+      });
 }
 
 class BuenoOrovio : public IonicModel {

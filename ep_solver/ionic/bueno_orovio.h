@@ -43,12 +43,12 @@ struct CellType {
       tau_w_plus, tau_fi, tau_o1, tau_o2, tau_so1, tau_so2, k_so, u_so, tau_s2, tau_si, tau_w_inf, w_inf_star;
   double calcium_rest, release; ///< c_0 [uM], B [uM/ms]
 };
-inline constexpr CellType epi{1.55,   0.006, 0.006, 60,      1150,   60,     15,   65, 0.03,   200,  0.11,
-                              400,    6,     30.0181, 0.9957, 2.0458, 0.65, 16, 1.8875, 0.07, 0.94, 0.107814, 0.35724};
-inline constexpr CellType endo{1.56, 0.2, 0.006, 75,  10,  6,    140, 200,    0.016,  280,  0.1,
-                               470,  6,   40,    1.2, 2,   0.65, 2,   2.9013, 0.0273, 0.78, 0.106369, 0.14651};
-inline constexpr CellType mid{1.61, 0.1, 0.005, 80,  1.4506, 70,  8, 200,    0.016, 280, 0.078,
-                              410,  7,   91,    0.8, 2.1,    0.6, 4, 3.3849, 0.01,  0.5, 0.11555, 0.2636};
+inline constexpr CellType epi{1.55, 0.006,   0.006,  60,     1150, 60, 15,     65,   0.03, 200,      0.11,   400,
+                              6,    30.0181, 0.9957, 2.0458, 0.65, 16, 1.8875, 0.07, 0.94, 0.107814, 0.35724};
+inline constexpr CellType endo{1.56, 0.2, 0.006, 75, 10,   6, 140,    200,    0.016, 280,      0.1,    470,
+                               6,    40,  1.2,   2,  0.65, 2, 2.9013, 0.0273, 0.78,  0.106369, 0.14651};
+inline constexpr CellType mid{1.61, 0.1, 0.005, 80,  1.4506, 70, 8,      200,  0.016, 280,     0.078, 410,
+                              7,    91,  0.8,   2.1, 0.6,    4,  3.3849, 0.01, 0.5,   0.11555, 0.2636};
 
 inline constexpr double theta_v = 0.3, theta_w = 0.13, tau_v_plus = 1.4506, tau_s1 = 2.7342, k_s = 2.0994, u_s = 0.9087;
 inline constexpr double tau_c = 150, tau_r_closing = 12, tau_r_opening = 100; // ms

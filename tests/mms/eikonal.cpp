@@ -1,9 +1,9 @@
+#include "ep_solver/eikonal.h"
 #include "common/base/failure.h"
 #include "common/geometry/mesh_tools.h"
 #include "ep_solver/activation_solver.h"
 #include "ep_solver/activation_times.h"
 #include "ep_solver/arrival.h"
-#include "ep_solver/eikonal.h"
 #include "mpi_test_main.h"
 
 #include <cmath>
@@ -19,7 +19,9 @@ namespace {
 constexpr double start = 2e-3; // [s]
 constexpr double c = 60;       // [s^-1/2]
 
-double largest(double x, MPI_Comm communicator = MPI_COMM_WORLD) { return dealii::Utilities::MPI::max(x, communicator); }
+double largest(double x, MPI_Comm communicator = MPI_COMM_WORLD) {
+  return dealii::Utilities::MPI::max(x, communicator);
+}
 
 /// Fibres across all axes; speeds of 0.78, 0.53 and 0.3 m/s.
 Mat3<double> oblique() {
@@ -98,7 +100,8 @@ TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
   const double speed = c * std::sqrt(D[0][0]);
   for (const Cells cells : all_cells) {
     const bool quadratic = cells == Cells::quadratic_tetrahedra;
-    const geometry::Mesh mesh = box({8e-3, 24e-3, 24e-3}, quadratic ? std::array<unsigned, 3>{2, 6, 6} : std::array<unsigned, 3>{4, 12, 12}, cells);
+    const geometry::Mesh mesh = box(
+        {8e-3, 24e-3, 24e-3}, quadratic ? std::array<unsigned, 3>{2, 6, 6} : std::array<unsigned, 3>{4, 12, 12}, cells);
     const fem::LagrangeSpace space = space_of(mesh, cells);
     const auto times = ep::eikonal(space, everywhere(space, D), c, {{"cube", {-50e-3, 0, 0}, 50e-3}}, start);
     double exact_nodes = 0;
@@ -127,7 +130,8 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
       const unsigned n = (cells == Cells::quadratic_tetrahedra ? 3 : 6) << k;
       const geometry::Mesh mesh = box({20e-3, 20e-3, 20e-3}, {n, n, n}, cells);
       const fem::LagrangeSpace space = space_of(mesh, cells);
-      const auto times = ep::eikonal(space, everywhere(space, isotropic()), c, {{"ball", {4e-3, 5e-3, 6e-3}, 5e-3}}, start);
+      const auto times =
+          ep::eikonal(space, everywhere(space, isotropic()), c, {{"ball", {4e-3, 5e-3, 6e-3}, 5e-3}}, start);
       errors[k] = error(space, times, [&](const Point3 &x) {
         const double r = std::hypot(x[0] - 4e-3, x[1] - 5e-3, x[2] - 6e-3);
         return start + std::max(0., r - 4.5e-3) / speed;
@@ -179,8 +183,8 @@ TEST(Eikonal, DoesNotDependOnRanks) {
 TEST(Eikonal, ASiteThatReachesNoNodeIsRefused) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {4e-3, 4e-3, 4e-3}, {4, 4, 4}));
   try {
-    ep::eikonal(space, everywhere(space, isotropic()), c, {{"ball", {0, 0, 0}, 2e-3}, {"ball", {0.5e-3, 0.5e-3, -1e-3}, 1e-3}},
-                start);
+    ep::eikonal(space, everywhere(space, isotropic()), c,
+                {{"ball", {0, 0, 0}, 2e-3}, {"ball", {0.5e-3, 0.5e-3, -1e-3}, 1e-3}}, start);
     FAIL();
   } catch (const Failure &failure) {
     EXPECT_EQ(failure.code(), ExitCode::scene);
@@ -252,7 +256,8 @@ TEST(Activation, CalciumMayBePrescribed) {
 /// What a run leaves is what another takes, on a mesh whose nodes it has.
 TEST(Activation, TimesComeFromTheMapOfAnotherRun) {
   Wall fine(8), coarse(4), other(3);
-  const std::string folder = testing::TempDir() + "activation_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
+  const std::string folder =
+      testing::TempDir() + "activation_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
   if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
     std::filesystem::create_directories(folder);
   MPI_Barrier(MPI_COMM_WORLD);
@@ -266,10 +271,12 @@ TEST(Activation, TimesComeFromTheMapOfAnotherRun) {
   const auto times = ep::activation_times_of_file(coarse.space, file);
   for (unsigned node = 0; node < times.size(); ++node)
     EXPECT_NEAR(times[node], coarse.rising()[node], 1e-12);
-  EXPECT_NE(complaint(ExitCode::map, [&] { ep::activation_times_of_file(other.space, file); }).find("the mesh of " + file),
-            std::string::npos);
-  EXPECT_NE(complaint(ExitCode::file, [&] { ep::activation_times_of_file(fine.space, folder + "/none.h5"); }).find("none.h5"),
-            std::string::npos);
+  EXPECT_NE(
+      complaint(ExitCode::map, [&] { ep::activation_times_of_file(other.space, file); }).find("the mesh of " + file),
+      std::string::npos);
+  EXPECT_NE(
+      complaint(ExitCode::file, [&] { ep::activation_times_of_file(fine.space, folder + "/none.h5"); }).find("none.h5"),
+      std::string::npos);
   EXPECT_NE(complaint(ExitCode::file, [&] { ep::activation_times_of_file(fine.space, folder + "/activation.xdmf"); })
                 .find("activation.xdmf"),
             std::string::npos);

@@ -337,7 +337,8 @@ TEST(Monodomain, GoesAheadWhereNothingHappens) {
   EXPECT_LE(computed, 7); // 0.8 ms each
   while (bar.solver.substeps() > 0 || bar.solver.end() < bar.time + 2.5e-4)
     bar.run(1, 1e-4);
-  const std::string folder = testing::TempDir() + "ahead_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
+  const std::string folder =
+      testing::TempDir() + "ahead_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
   if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
     std::filesystem::create_directories(folder);
   MPI_Barrier(MPI_COMM_WORLD);
@@ -379,7 +380,8 @@ TEST(Monodomain, TheMinimalModelIsAsRightWithStepsOfItsOwnChoiceAndGoesOnWithThe
     EXPECT_NEAR(bar->solver.calcium()[i], fine->solver.calcium()[i], 0.01 * fine->solver.calcium()[i]);
     EXPECT_NEAR(bar->solver.potential().local_element(i), fine->solver.potential().local_element(i), 1e-3);
   }
-  const std::string folder = testing::TempDir() + "minimal_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
+  const std::string folder =
+      testing::TempDir() + "minimal_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
   if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
     std::filesystem::create_directories(folder);
   MPI_Barrier(MPI_COMM_WORLD);

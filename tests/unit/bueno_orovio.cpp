@@ -36,7 +36,8 @@ ep::Beat beat(const std::string &name, const std::string &start, Integrator inte
 TEST(BuenoOrovio, FirstBeatIsThatOfAnIndependentImplementation) {
   struct {
     double v_max, duration, calcium_peak, peak_time;
-  } const expected[] = {{41.729, 272.50, 1.16755, 43.47}, {45.319, 277.12, 1.12742, 34.96}, {49.664, 459.56, 1.73947, 36.82}};
+  } const expected[] = {
+      {41.729, 272.50, 1.16755, 43.47}, {45.319, 277.12, 1.12742, 34.96}, {49.664, 459.56, 1.73947, 36.82}};
   for (int k = 0; k < 3; ++k) {
     const ep::Beat b = beat(cells[k], "published", Integrator::exponential_midpoint, 1e-5);
     EXPECT_NEAR(1e3 * b.v_diastole, -84, 1e-9) << cells[k];

@@ -1,5 +1,5 @@
-#include "ep_solver/ionic/ionic_models.h"
 #include "ep_solver/ionic/ionic_model.h"
+#include "ep_solver/ionic/ionic_models.h"
 
 #include <gtest/gtest.h>
 

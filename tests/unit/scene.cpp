@@ -74,8 +74,8 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
                                      {"inlet.pressure.values=[1 kPa]", "'fluid.inlet.label' is empty"},
                                      {"epsilon=1e-6", "'coupling.scheme' is EFS1"},
                                      {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"},
-                                   {"eikonal.speed=0.7 m/s", "'electrophysiology.model' is monodomain"},
-                                   {"prescribed.calcium.values=[1 uM]", "'electrophysiology.model' is monodomain"}})
+                                     {"eikonal.speed=0.7 m/s", "'electrophysiology.model' is monodomain"},
+                                     {"prescribed.calcium.values=[1 uM]", "'electrophysiology.model' is monodomain"}})
     EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos)
         << setting << complaint("scene: a", {setting});
   const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
@@ -86,7 +86,8 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
       "")
       << "a program from elsewhere may use any key";
   EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
-  EXPECT_NE(complaint("electrophysiology: {model: eikonal}", {"substep_tolerance=0.2"}).find("'electrophysiology.model' is eikonal"),
+  EXPECT_NE(complaint("electrophysiology: {model: eikonal}", {"substep_tolerance=0.2"})
+                .find("'electrophysiology.model' is eikonal"),
             std::string::npos);
   const std::string one_pressure =
       "participants: {mech: , circulation: {program: cavity_solver}}\ncoupling: {scheme: circulation}\n";
