@@ -112,7 +112,7 @@ TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
       exact_nodes += within && x[0] > 0;
       return within ? start + x[0] / speed : std::nan("");
     };
-    EXPECT_LT(error(space, times, exact), 1e-12);
+    EXPECT_LT(error(space, times, exact), 1e-9); // what is not worth passing on, a few times
     EXPECT_GT(dealii::Utilities::MPI::sum(exact_nodes, MPI_COMM_WORLD), 60);
     double earliest = 1; // no node is reached before a plane front would
     for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
