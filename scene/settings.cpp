@@ -68,6 +68,18 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
                           is_in("aortic", geometry::fluid_labels(scene.geometry));
   return {
       {{"electrophysiology"}, takes_part(scene, {"ep_solver"}), "no ep_solver takes part"},
+      {{"electrophysiology.integrator", "electrophysiology.substeps", "electrophysiology.substep_tolerance",
+        "electrophysiology.tolerance", "electrophysiology.preconditioner"},
+       scene.ep.model == "monodomain",
+       "'electrophysiology.model' is " + scene.ep.model},
+      {{"electrophysiology.conductivity", "electrophysiology.stimulus.sites", "electrophysiology.stimulus.amplitude",
+        "electrophysiology.stimulus.duration"},
+       scene.ep.model != "prescribed",
+       "'electrophysiology.model' is prescribed"},
+      {{"electrophysiology.eikonal"}, scene.ep.model == "eikonal", "'electrophysiology.model' is " + scene.ep.model},
+      {{"electrophysiology.prescribed"},
+       scene.ep.model == "prescribed",
+       "'electrophysiology.model' is " + scene.ep.model},
       {{"mechanics"},
        takes_part(scene, {"mech_solver", "fsi_solver"}),
        "neither mech_solver nor fsi_solver takes part"},
