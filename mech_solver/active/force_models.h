@@ -7,6 +7,7 @@
 /// model.
 #define HEARTBUS_FORCE_MODELS(model)                                                                                   \
   model("rdq18_ann", make_rdq18_ann)                                                                                   \
+  model("twitch", make_twitch)                                                                                         \
   /* by name */
 
 namespace heartbus::mech {
