@@ -1,16 +1,9 @@
 #pragma once
 
 #include "common/fem/lagrange_space.h"
-#include "mech_solver/constitutive/guccione.h"
-#include "mech_solver/constitutive/neo_hookean.h"
-#include "mech_solver/constitutive/saint_venant_kirchhoff.h"
 #include "mech_solver/settings/parameters.h"
 
-#include <variant>
-
 namespace heartbus::mech {
-
-using Law = std::variant<Guccione, NeoHookean, SaintVenantKirchhoff>;
 
 /// The cells of one material; a batch can hold cells of several, each then sees the others with weight zero.
 struct MaterialRegion {

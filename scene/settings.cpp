@@ -4,6 +4,7 @@
 #include "common/config/printer.h"
 #include "common/geometry/shapes.h"
 #include "common/units/nearest.h"
+#include "mech_solver/active/force_models.h"
 
 #include <algorithm>
 
@@ -88,11 +89,8 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
        takes_part(scene, {"fluid_solver", "fsi_solver", "cavity_solver"}),
        "neither fluid_solver nor fsi_solver takes part"},
       {{"fibres"}, takes_part(scene, {"ep_solver", "mech_solver", "fsi_solver"}), "nobody takes part who has fibres"},
-      {{"mechanics.guccione"}, mech.law == "guccione", "'mechanics.law' is " + mech.law},
-      {{"mechanics.neo_hookean"}, mech.law == "neo_hookean" || !mech.regions.empty(), "'mechanics.law' is " + mech.law},
-      {{"mechanics.saint_venant_kirchhoff"}, mech.law == "saint_venant_kirchhoff", "'mechanics.law' is " + mech.law},
       {{"mechanics.active.tension_max", "mechanics.active.sarcomere_length"},
-       mech.active.model == "rdq18_ann",
+       is_in(mech.active.model, mech::force_model_names()),
        "'mechanics.active.model' is " + mech.active.model},
       {{"mechanics.active.tension", "mechanics.active.measure"},
        mech.active.model == "prescribed",
@@ -113,10 +111,25 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
   };
 }
 
+/// Of each law the wall, or a region of it, the parameters. A region takes those of the wall where it names none.
+std::vector<Use> uses_of_laws(const mech::Parameters &mech) {
+  std::vector<Use> uses;
+  for (const auto &law : mech::law_names()) {
+    bool is_used = mech.law == law;
+    for (const auto &[name, region] : mech.regions) {
+      const std::string block = "mechanics.regions." + name;
+      uses.push_back({{block + "." + law}, region.law == law, "'" + block + ".law' is " + region.law});
+      is_used |= region.law == law;
+    }
+    uses.push_back({{"mechanics." + law}, is_used, "'mechanics.law' is " + mech.law});
+  }
+  return uses;
+}
+
 std::vector<Use> all_uses(const SceneParameters &scene) {
   std::vector<Use> uses = uses_of_geometry(scene);
-  for (Use &use : uses_of_solvers(scene))
-    uses.push_back(std::move(use));
+  for (const auto &more : {uses_of_solvers(scene), uses_of_laws(scene.mech)})
+    uses.insert(uses.end(), more.begin(), more.end());
   return uses;
 }
 

@@ -63,6 +63,19 @@ TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
   EXPECT_EQ(complaint("scene: a", {"wall=12 mm"}), "");
 }
 
+TEST(Scene, AKeyOfALawIsUsedWhereTheWallOrARegionHasTheLaw) {
+  const std::string piston =
+      "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\nlifting: {fixed: []}\n"
+      "mechanics: {fixed: [], pericardium: {labels: []}, regions: {box: {law: neo_hookean}}}\n";
+  EXPECT_EQ(complaint(piston, {"guccione.kappa=1 kPa"}), "");
+  EXPECT_EQ(complaint(piston, {"mechanics.neo_hookean.mu=1 kPa"}), ""); // which the region takes
+  EXPECT_EQ(complaint(piston, {"box.neo_hookean.mu=1 kPa"}), "");
+  for (const auto &[setting, why] :
+       {std::pair{"box.guccione.kappa=1 kPa", "'mechanics.regions.box.law' is neo_hookean"},
+        {"mechanics.saint_venant_kirchhoff.mu=1 kPa", "'mechanics.law' is guccione"}})
+    EXPECT_NE(complaint(piston, {setting}).find(why), std::string::npos) << complaint(piston, {setting});
+}
+
 TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
   const std::string radius = complaint("scene: a", {"radius=0.1 mm"});
   EXPECT_NE(radius.find("--set radius: this scene does not use 'geometry.tube.radius': 'geometry.shape' is "
