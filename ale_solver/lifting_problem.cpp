@@ -29,7 +29,7 @@ class Threefold : public fem::Preconditioner {
 } // namespace
 
 LiftingProblem::LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1), matrix_(space, 1) {
+    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1), matrix_(laplace_.pattern(), 1) {
   constrain(parameters);
   assemble(laplace_);
   assemble(matrix_);
@@ -49,7 +49,7 @@ void LiftingProblem::constrain(const Parameters &parameters) {
   matrix_.set_constraints(wholly);
 }
 
-void LiftingProblem::assemble(fem::NodalMatrix &matrix) const {
+void LiftingProblem::assemble(fem::BlockMatrix<double> &matrix) const {
   const unsigned n = space_.nodes_per_cell();
   std::vector<Lanes> K(n * n);
   for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {

@@ -97,7 +97,7 @@ std::vector<double> MovedSurface::masses(const std::vector<double> &weights) con
   return masses;
 }
 
-void MovedSurface::add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const {
+void MovedSurface::add_mass(const std::vector<double> &masses, fem::BlockMatrix<float> &A) const {
   const unsigned n = faces_.nodes_per_face;
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned k = 0; k < n; ++k)

@@ -57,7 +57,7 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
 NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
                                          double dt)
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), dt_(dt), robin_(space, alpha),
-      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_),
+      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4),
       x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_), x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_),
       guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), force_(x_nm1_) {
   const double h = space.smallest_cell_size();
@@ -174,7 +174,7 @@ void NavierStokesProblem::update_constraints() {
   for (const auto &orifice : orifices_)
     if (!orifice->open)
       fem::fix_vector(space_, 4, orifice->label, constrained_);
-  pattern_.set_constraints(constrained_);
+  A_.set_constraints(constrained_);
   preconditioner_.reset();
   fem::copy_owned(x_n_, x_nm1_); // no extrapolation over the switch of a valve
   fem::copy_owned(x_n_, x_nm2_);
@@ -235,7 +235,7 @@ void NavierStokesProblem::visit_batches(const Vector &state, const Action &actio
   }
 }
 
-void NavierStokesProblem::integrate_cells(const Vector &state, fem::RoundedMatrix *A, Vector &residual) const {
+void NavierStokesProblem::integrate_cells(const Vector &state, fem::BlockMatrix<float> *A, Vector &residual) const {
   const unsigned n = space_.nodes_per_cell();
   std::vector<Lanes> K(16 * n * n), r(4 * n);
   double smallest_J = std::numeric_limits<double>::max();
@@ -288,14 +288,12 @@ void NavierStokesProblem::refresh_preconditioner() {
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   if (parameters_.preconditioner == "ilu")
     preconditioner_ = std::make_unique<fem::BlockILU>(A_);
-  else {
-    A_.copy_to(pattern_);
-    preconditioner_ = make_preconditioner(pattern_);
-  }
+  else
+    preconditioner_ = make_preconditioner(fem::BlockMatrix<double>(A_));
   fresh_iterations_ = 0;
 }
 
-std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::NodalMatrix &matrix) const {
+std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::BlockMatrix<double> &matrix) const {
   if (parameters_.preconditioner == "simplec")
     return std::make_unique<Simplec>(matrix);
   return fem::make_preconditioner("ilu", matrix);

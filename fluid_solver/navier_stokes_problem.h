@@ -5,7 +5,6 @@
 #include "common/interface/nodal/robin_condition.h"
 #include "common/io/state.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
 #include "common/nonlinear/iterate_moves.h"
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
@@ -79,7 +78,7 @@ class NavierStokesProblem {
   double pressure_scale() const { return pressure_scale_; }
   const fem::LagrangeSpace &space() const { return space_; }
   bus::Stopwatch stopwatch;
-  void copy_matrix(fem::NodalMatrix &matrix) const { A_.copy_to(matrix); } ///< of the same space
+  const fem::BlockMatrix<float> &matrix() const { return A_; } ///< of the prepared step
   const fem::Constraints &constraints() const { return constrained_; }
 
   // For those who solve more than the fluid: the step is a linear system A (x - guess) = -residual(guess) in between.
@@ -90,7 +89,7 @@ class NavierStokesProblem {
   /// y = A x, with the resistances of open orifices.
   void apply(fem::Vector &y, const fem::Vector &x) const;
   /// Of the kind the parameters ask for.
-  std::unique_ptr<fem::Preconditioner> make_preconditioner(const fem::NodalMatrix &matrix) const;
+  std::unique_ptr<fem::Preconditioner> make_preconditioner(const fem::BlockMatrix<double> &matrix) const;
   /// Takes a state that somebody else has found, with the force on the wall.
   void accept(const fem::Vector &x, const fem::Vector &blood_force);
 
@@ -118,7 +117,7 @@ class NavierStokesProblem {
   void update_constraints();
   void set_guess();
   void assemble();
-  void integrate_cells(const fem::Vector &state, fem::RoundedMatrix *A, fem::Vector &residual) const;
+  void integrate_cells(const fem::Vector &state, fem::BlockMatrix<float> *A, fem::Vector &residual) const;
   void add_surface_terms();
   void refresh_preconditioner();
   interface::RobinCondition::Surface robin_surface() const;
@@ -140,8 +139,7 @@ class NavierStokesProblem {
   std::vector<bool> orifices_open_;                 ///< for which the constraints stand
   fem::Constraints constrained_, held_by_the_wall_; ///< empty on a rank without nodes
   bool constraints_are_known_ = false, follows_motion_ = false;
-  fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
-  fem::RoundedMatrix A_;
+  fem::BlockMatrix<float> A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
 

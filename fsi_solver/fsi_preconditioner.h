@@ -13,7 +13,7 @@ class InterfaceBlocks {
   explicit InterfaceBlocks(const MergedSpace &space);
   /// fluid += factor * solid between interface nodes; pairs that the fluid's mesh does not join are left out.
   /// Collective.
-  void add(double factor, const fem::NodalMatrix &solid, fem::NodalMatrix &fluid) const;
+  void add(double factor, const fem::BlockMatrix<double> &solid, fem::BlockMatrix<double> &fluid) const;
 
  private:
   const InterfaceMap &map_;
@@ -43,7 +43,7 @@ class FsiPreconditioner : public fem::Preconditioner {
   const mech::ElasticityProblem &wall_problem_;
   double dt_;
   fem::Constraints on_interface_; ///< of the solid
-  fem::NodalMatrix blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
+  fem::BlockMatrix<double> blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
   std::unique_ptr<fem::Preconditioner> fluid_, solid_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };

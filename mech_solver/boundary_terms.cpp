@@ -68,7 +68,7 @@ void Pericardium::add_force(const fem::Vector &d, const fem::Vector *v, fem::Vec
     }
 }
 
-void Pericardium::add_tangent(double damping_factor, fem::NodalMatrix &K) const {
+void Pericardium::add_tangent(double damping_factor, fem::BlockMatrix<double> &K) const {
   for (const Pair &pair : pairs_) {
     std::array<double, 9> block;
     for (unsigned i = 0; i < 9; ++i)
@@ -150,12 +150,12 @@ void LoadedSurface::apply_mass(const fem::Vector &d, const fem::Vector &x, fem::
     }
 }
 
-void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     add_face_tangent(f, pressure, d, K);
 }
 
-void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const {
   for (unsigned q = 0; q < faces_.n_q; ++q) {
     const unsigned fq = f * faces_.n_q + q;
     const double *N = &faces_.normals[3 * fq], *shape = &faces_.shapes[fq * faces_.nodes_per_cell];

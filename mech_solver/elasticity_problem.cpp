@@ -57,7 +57,7 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
       active_fibres_{parameters.active.sarcomere_length, kind_of_tension(parameters.active)},
       regions_(material_regions(space, parameters)),
       pericardium_(space, parameters.pericardium), acceleration_(d_n), velocity_(d_n), tangent_(space, 3),
-      tangent_solver_(parameters.solver) {
+      rounded_tangent_(tangent_.pattern(), 3), tangent_solver_(parameters.solver) {
   if (mean_dilatation_ && space.nodes_per_cell() == 4)
     throw Failure(ExitCode::scene, "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
                                    "constant and which lock for large kappa; take hexahedra, or 'penalty'");
@@ -379,13 +379,14 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   for (const auto &load : loads_)
     if (const double pressure = load_share * load.parameters.pressure.at(time); pressure != 0)
       load.surface.add_tangent(pressure, d, tangent_);
-  rounded_tangent_ = std::make_unique<fem::RoundedMatrix>(tangent_);
+  rounded_tangent_.copy(tangent_);
+  tangent_solver_.follow(tangent_);
   has_tangent_ = true;
   ++n_tangents_;
 }
 
 unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
-  return tangent_solver_.solve(tangent_, *rounded_tangent_, dx, force, tolerance, stopwatch);
+  return tangent_solver_.solve(tangent_, rounded_tangent_, dx, force, tolerance, stopwatch);
 }
 
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {

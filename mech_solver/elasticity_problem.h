@@ -4,7 +4,6 @@
 #include "common/fem/constraints.h"
 #include "common/fibres/fibres.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
 #include "common/nonlinear/newton.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
@@ -65,8 +64,8 @@ class ElasticityProblem {
   fem::Vector interface_area(const fem::Vector &d) const;
   const fem::Constraints &constrained() const { return constrained_; }
   const fem::LagrangeSpace &space() const { return space_; }
-  const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`
-  void apply_tangent(fem::Vector &y, const fem::Vector &x) const { rounded_tangent_->vmult(y, x); }
+  const fem::BlockMatrix<double> &tangent() const { return tangent_; } ///< as of the last `linearise`
+  void apply_tangent(fem::Vector &y, const fem::Vector &x) const { rounded_tangent_.vmult(y, x); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
@@ -116,8 +115,8 @@ class ElasticityProblem {
   unsigned most_crushed_ = 0, most_stretched_ = 0;          ///< slots
   std::array<double, 6> crushed_cell_{}, stretched_cell_{}; ///< centre at rest, displacement: of what is refused [m]
 
-  fem::NodalMatrix tangent_;
-  std::unique_ptr<fem::RoundedMatrix> rounded_tangent_; ///< for iterations
+  fem::BlockMatrix<double> tangent_;
+  fem::BlockMatrix<float> rounded_tangent_; ///< for iterations
   bool has_tangent_ = false;
   unsigned n_tangents_ = 0;
   TangentSolver tangent_solver_;

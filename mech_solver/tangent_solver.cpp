@@ -23,8 +23,14 @@ bool TangentSolver::go_over_to_multigrid() {
   return is_old_ = is_stiff_ = true;
 }
 
-unsigned TangentSolver::solve(const fem::NodalMatrix &tangent, const fem::RoundedMatrix &rounded, fem::Vector &dx,
-                              const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch) {
+void TangentSolver::follow(const fem::BlockMatrix<double> &tangent) {
+  if (preconditioner_)
+    preconditioner_->follow(tangent);
+}
+
+unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem::BlockMatrix<float> &rounded,
+                              fem::Vector &dx, const fem::Vector &force, double tolerance,
+                              bus::Stopwatch &stopwatch) {
   const bool renewed = is_old_;
   if (renewed) {
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");

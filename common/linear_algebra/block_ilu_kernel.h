@@ -13,8 +13,8 @@ struct BlockFactors {
   const float *factors; ///< and one number more, which is loaded but not used
 };
 
-/// The rows of a matrix of b x b blocks that are to be factorised, each block column by column.
-struct BlockRows {
+/// The rows of a matrix of b x b blocks that are to be factorised, with those of the ghosts; each block column by column.
+struct RowsWithGhosts {
   int n_ghosts;                ///< the first rows, whose blocks are in `ghosts`; those of the others are in `owned`
   const int *begin, *columns;  ///< [n_rows + 1]; sorted within a row, with the diagonal
   const int *sources;          ///< of each block: its number in its array
@@ -23,7 +23,7 @@ struct BlockRows {
 
 /// Fills `values`, the factors of `factors`, without fill: only blocks that the rows have are kept. Returns whether all
 /// pivots were finite.
-bool factorise_blocks(const BlockRows &rows, const BlockFactors &factors, float *values);
+bool factorise_blocks(const RowsWithGhosts &rows, const BlockFactors &factors, float *values);
 
 /// Numbers of a row in the work vector.
 constexpr unsigned work_length(unsigned b) { return b == 1 ? 1 : 4; }
