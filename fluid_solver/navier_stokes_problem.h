@@ -5,7 +5,9 @@
 #include "common/interface/nodal/robin_condition.h"
 #include "common/io/state.h"
 #include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/preconditioner_age.h"
 #include "common/nonlinear/iterate_moves.h"
+#include "common/fem/time_history.h"
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/orifice.h"
@@ -108,7 +110,7 @@ class NavierStokesProblem {
   /// points of the moved mesh. Both count from the next `prepare`.
   fem::Vector boundary_values;
   std::function<geometry::Point3(const geometry::Point3 &)> body_force;
-  fem::Vector &old_state() { return x_n_; }
+  fem::Vector &old_state() { return past_[0]; }
 
  private:
   void move(const fem::Vector &motion);
@@ -141,10 +143,11 @@ class NavierStokesProblem {
   bool constraints_are_known_ = false, follows_motion_ = false;
   fem::BlockMatrix<float> A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
-  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
+  fem::PreconditionerAge preconditioner_age_{2};
 
-  fem::Vector x_nm2_, x_nm1_, x_n_, x_;          // states
-  bool history_is_new_ = true;                   // since the last commit: there is no x_nm2_ yet
+  fem::TimeHistory past_;                        // states at t^n, t^{n-1}, t^{n-2}
+  fem::Vector x_;                                // the new state
+  bool history_is_new_ = true;                   // since the last commit: there is no third state yet
   fem::Vector d_n_, d_np1_;                      // motions of the mesh
   fem::Vector guess_, increment_;                // x = guess + increment
   fem::IterateMoves<fem::Vector> iterate_moves_; // of the increment

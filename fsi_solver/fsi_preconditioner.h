@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/preconditioner_age.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fsi_solver/merged_space.h"
 #include "mech_solver/elasticity_problem.h"
@@ -32,8 +33,6 @@ class FsiPreconditioner : public fem::Preconditioner {
   /// From the present matrices. The fluid's may change afterwards; so may the solid's, whose present values couple the
   /// blocks. Collective.
   void make();
-  bool is_made() const { return solid_ != nullptr; }
-  void forget() { solid_.reset(); }
   void vmult(fem::Vector &y, const fem::Vector &x) const override;
 
  private:

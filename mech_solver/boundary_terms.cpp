@@ -81,14 +81,10 @@ LoadedSurface::LoadedSurface(const fem::LagrangeSpace &space, const std::string 
     : space_(space), faces_(space.faces(label)) {}
 
 Mat3<double> LoadedSurface::deformation(unsigned f, unsigned q, const fem::Vector &d) const {
-  Mat3<double> F = fem::identity<double>();
-  const unsigned *nodes = space_.cell_nodes(faces_.slots[f]);
-  const double *g = &faces_.gradients[(f * faces_.n_q + q) * faces_.nodes_per_cell * 3];
-  for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
-    for (unsigned i = 0; i < 3; ++i)
-      for (unsigned j = 0; j < 3; ++j)
-        F[i][j] += d.begin()[nodes[a] * 3 + i] * g[3 * a + j];
-  return F;
+  const unsigned *nodes = space_.cell_nodes(faces_.slots[f]), n = faces_.nodes_per_cell;
+  return fem::deformation_gradient(
+      n, [&](unsigned a, unsigned i) { return d.begin()[nodes[a] * 3 + i]; },
+      &faces_.gradients[(f * faces_.n_q + q) * n * 3]);
 }
 
 void LoadedSurface::add_force(double pressure, const fem::Vector &d, fem::Vector &r) const {

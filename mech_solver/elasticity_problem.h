@@ -5,6 +5,7 @@
 #include "common/fibres/fibres.h"
 #include "common/linear_algebra/linear_solver.h"
 #include "common/nonlinear/newton.h"
+#include "common/fem/time_history.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
 #include "mech_solver/material_regions.h"
@@ -25,7 +26,7 @@ class ElasticityProblem {
   ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters);
 
   // The state, three components a node, and what acts on it. Values of owned nodes are the caller's to set.
-  fem::Vector d_n, d_nm1;        ///< old displacements [m]
+  fem::TimeHistory past;         ///< old displacements d^n, d^{n-1}, d^{n-2}, d^{n-3} [m]
   fem::Vector tension;           ///< active tension at the nodes, one component [Pa]
   fem::Vector load;              ///< nodal forces on the solid [N]
   double interface_pressure = 0; ///< a follower pressure [Pa]

@@ -16,7 +16,7 @@ constexpr double flops_tangent = flops_residual + 8 * (200 + 810 + 8 * 9 * 3 * 5
 /// All of the wall, and what the kernel sees of it when all cells are read from its mesh.
 struct Elasticity {
   Elasticity() : problem(wall.space, wall.fibres, scene().mech), d(smooth_motion(wall.space)) {
-    problem.d_n = problem.d_nm1 = d;
+    problem.past.fill(d);
     problem.begin_dynamic(dt);
     for (unsigned a = 0; a < 8; ++a)
       for (unsigned i = 0; i < 3; ++i)

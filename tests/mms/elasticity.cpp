@@ -239,9 +239,9 @@ double dynamic_error(double dt, bool tetrahedra) {
     };
   };
   ElasticityProblem &problem = body.problem;
-  problem.d_n = body.interpolate(displacement(0));
-  problem.d_nm1 = body.interpolate(displacement(-dt));
-  fem::Vector d = problem.d_n;
+  problem.past[0] = body.interpolate(displacement(0));
+  problem.past[1] = body.interpolate(displacement(-dt));
+  fem::Vector d = problem.past[0];
   const auto &springs = parameters.pericardium;
   for (double t = dt; t < 0.1 + dt / 2; t += dt) {
     const double s = std::sin(omega * t), rate = omega * std::cos(omega * t);
@@ -264,8 +264,7 @@ double dynamic_error(double dt, bool tetrahedra) {
       body.add_surface_load(
           label, [&](const geometry::Point3 &) { return P; }, pull);
     problem.solve_dynamic(dt, d);
-    problem.d_nm1 = problem.d_n;
-    problem.d_n = d;
+    problem.past.push(d);
   }
   return body.error(d, displacement(0.1));
 }
@@ -466,7 +465,7 @@ TEST(Elasticity, NoMotionOfTheInterfaceHasLessThanTheSmallestImpedance) {
     fem::zero_constrained(x, column.problem.constrained());
     x.update_ghost_values();
     fem::Vector Mx = column.space.make_vector(3), w(Mx);
-    surface.apply_mass(column.problem.d_n, x, Mx);
+    surface.apply_mass(column.problem.past[0], x, Mx);
     Mx.zero_out_ghost_values();
     fem::zero_constrained(Mx, column.problem.constrained());
     column.problem.respond(w, Mx);
