@@ -385,7 +385,7 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   ++n_tangents_;
 }
 
-unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
+unsigned ElasticityProblem::solve_tangent(fem::Vector &dx, const fem::Vector &force, double tolerance) {
   return tangent_solver_.solve(tangent_, rounded_tangent_, dx, force, tolerance, stopwatch);
 }
 
@@ -393,7 +393,7 @@ unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
   fem::Vector force(r);
   force *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
-  return respond(dx, force, 0.1 * wanted_residual_ / force.l2_norm());
+  return solve_tangent(dx, force, 0.1 * wanted_residual_ / force.l2_norm());
 }
 
 } // namespace heartbus::mech

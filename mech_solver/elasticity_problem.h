@@ -44,7 +44,7 @@ class ElasticityProblem {
   fem::NewtonSettings newton_settings() const;
   /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
   /// the iterations.
-  unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
+  unsigned solve_tangent(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
   /// Which solves with the tangent.
   TangentSolver &tangent_solver() { return tangent_solver_; }
   const TangentSolver &tangent_solver() const { return tangent_solver_; }

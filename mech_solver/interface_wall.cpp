@@ -12,7 +12,7 @@ void InterfaceWall::linearise(double tau, double time) {
 
 Vector InterfaceWall::answer(const Vector &force) {
   Vector w = space().make_vector(3);
-  problem_.respond(w, force);
+  problem_.solve_tangent(w, force);
   return w;
 }
 
@@ -30,7 +30,7 @@ const Vector &PressureResponse::to(const Vector &b, const Vector &d) {
     problem_.linearise(d);
   if (tangent_ != problem_.n_tangents()) {
     response_.reinit(b);
-    problem_.respond(response_, b);
+    problem_.solve_tangent(response_, b);
     tangent_ = problem_.n_tangents();
   }
   return response_;

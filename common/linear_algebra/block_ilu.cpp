@@ -26,10 +26,10 @@ void BlockILU::vmult(Vector &y, const Vector &x) const {
   solve_block_ilu(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
-void BlockILU::vmult_threefold(Vector &y, const Vector &x) const {
+void BlockILU::vmult_3rhs(Vector &y, const Vector &x) const {
   const GhostValues ghosts(x);
   work_.resize(4 * std::size_t(pattern_->n_rows()));
-  solve_ilu_threefold(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
+  solve_ilu_3rhs(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
 BlockFactors BlockILU::factors() const {

@@ -23,7 +23,7 @@ class BlockILU : public Preconditioner {
   explicit BlockILU(const BlockMatrix<double> &matrix) : BlockILU(BlockMatrix<float>(matrix)) {}
   void vmult(Vector &y, const Vector &x) const override;
   /// The same for each of three components of x, by the factors of a matrix of one component.
-  void vmult_threefold(Vector &y, const Vector &x) const;
+  void vmult_3rhs(Vector &y, const Vector &x) const;
 
  private:
   BlockFactors factors() const;

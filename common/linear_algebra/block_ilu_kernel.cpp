@@ -189,7 +189,7 @@ HEARTBUS_SIMD void solve_block_ilu(const BlockFactors &ilu, int n_ghosts, const 
   }
 }
 
-HEARTBUS_SIMD void solve_ilu_threefold(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
+HEARTBUS_SIMD void solve_ilu_3rhs(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
   const auto products = [&](int first, int last) {
     return sparse_dot_of_fours(ilu.factors + first, ilu.columns + first, last - first, z);
   };

@@ -33,6 +33,6 @@ constexpr unsigned work_length(unsigned b) { return b == 1 ? 1 : 4; }
 void solve_block_ilu(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work);
 
 /// The same for three vectors side by side, x[3 i + c], and b = 1. `work` holds four numbers a row.
-void solve_ilu_threefold(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work);
+void solve_ilu_3rhs(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *work);
 
 } // namespace heartbus::fem

@@ -140,9 +140,9 @@ void BlockMatrix<Number>::vmult(Vector &y, const Vector &x) const {
 }
 
 template <class Number>
-void BlockMatrix<Number>::vmult_threefold(Vector &y, const Vector &x) const {
+void BlockMatrix<Number>::vmult_3rhs(Vector &y, const Vector &x) const {
   const GhostValues ghosts(x);
-  multiply_threefold(rows(), padded(x), y.begin());
+  multiply_3rhs(rows(), padded(x), y.begin());
 }
 
 template <class Number>

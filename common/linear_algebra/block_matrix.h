@@ -71,7 +71,7 @@ class BlockMatrix {
   /// y = A x. Ghosts of x need not be up to date.
   void vmult(Vector &y, const Vector &x) const;
   /// The same for each of three components of x, by a matrix of one component.
-  void vmult_threefold(Vector &y, const Vector &x) const;
+  void vmult_3rhs(Vector &y, const Vector &x) const;
   /// The entry (row, column) of owned row and local column dof; 0 when outside the pattern.
   double entry(unsigned local_row, unsigned local_column) const;
   /// Diagonal values of the owned rows.

@@ -26,7 +26,7 @@ HEARTBUS_INLINE void product(const BlockRows<Number> &A, const double *x, double
 }
 
 template <class Number>
-HEARTBUS_INLINE void threefold_product(const BlockRows<Number> &A, const double *x, double *y) {
+HEARTBUS_INLINE void product_3rhs(const BlockRows<Number> &A, const double *x, double *y) {
   for (int i = 0; i < A.n_nodes; ++i) {
     const Double4 sums =
         sparse_dot_of_fours(A.values + A.begin[i], A.columns + A.begin[i], A.begin[i + 1] - A.begin[i], x);
@@ -41,12 +41,12 @@ HEARTBUS_SIMD void multiply(const BlockRows<double> &A, const double *x, double 
 
 HEARTBUS_SIMD void multiply(const BlockRows<float> &A, const double *x, double *y) { product(A, x, y); }
 
-HEARTBUS_SIMD void multiply_threefold(const BlockRows<double> &A, const double *x, double *y) {
-  threefold_product(A, x, y);
+HEARTBUS_SIMD void multiply_3rhs(const BlockRows<double> &A, const double *x, double *y) {
+  product_3rhs(A, x, y);
 }
 
-HEARTBUS_SIMD void multiply_threefold(const BlockRows<float> &A, const double *x, double *y) {
-  threefold_product(A, x, y);
+HEARTBUS_SIMD void multiply_3rhs(const BlockRows<float> &A, const double *x, double *y) {
+  product_3rhs(A, x, y);
 }
 
 } // namespace heartbus::fem

@@ -19,7 +19,7 @@ void multiply(const BlockRows<float> &A, const double *x, double *y);
 
 /// The same for three vectors that share a matrix of b = 1: x holds four numbers a node, the last of which is not used, y
 /// three.
-void multiply_threefold(const BlockRows<double> &A, const double *x, double *y);
-void multiply_threefold(const BlockRows<float> &A, const double *x, double *y);
+void multiply_3rhs(const BlockRows<double> &A, const double *x, double *y);
+void multiply_3rhs(const BlockRows<float> &A, const double *x, double *y);
 
 } // namespace heartbus::fem

@@ -240,8 +240,8 @@ TEST(BlockMatrix, ThreefoldProductIsThatOfEachComponent) {
   fem::Vector x = space.make_vector(3), y(x), z(x), x_i = space.make_vector(1), y_i(x_i), z_i(x_i);
   for (unsigned k = 0; k < x.locally_owned_size(); ++k)
     x.local_element(k) = std::cos(7. * k);
-  A.vmult_threefold(y, x);
-  ilu.vmult_threefold(z, x);
+  A.vmult_3rhs(y, x);
+  ilu.vmult_3rhs(z, x);
   for (unsigned i = 0; i < 3; ++i) {
     for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
       x_i.local_element(node) = x.local_element(3 * node + i);
