@@ -5,7 +5,6 @@
 #include "common/fem/constraints.h"
 #include "common/linear_algebra/block_ilu.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/nodal_matrix.h"
 
 #include <memory>
 
@@ -32,15 +31,15 @@ class LiftingProblem {
 
  private:
   void constrain(const Parameters &parameters);
-  void assemble(fem::NodalMatrix &matrix) const;
+  void assemble(fem::BlockMatrix<double> &matrix) const;
   unsigned solve(fem::Vector &motion);
   void check(const fem::Vector &motion);
 
   const fem::LagrangeSpace &space_;
   double tolerance_;
   fem::Constraints constrained_;                 ///< three components a node
-  fem::NodalMatrix laplace_;                     ///< without constraints: for residuals
-  fem::NodalMatrix matrix_;                      ///< with those of nodes that are wholly prescribed
+  fem::BlockMatrix<double> laplace_;             ///< without constraints: for residuals
+  fem::BlockMatrix<double> matrix_;              ///< with those of nodes that are wholly prescribed
   std::unique_ptr<fem::BlockILU> factorisation_; ///< of that
   double smallest_J_ = 1;
 };

@@ -17,7 +17,7 @@ namespace heartbus::fluid {
 class Simplec : public fem::Preconditioner {
  public:
   /// `matrix`: interleaved u, v, w, p at each node; its blocks are copied, so that it may change afterwards. Collective.
-  explicit Simplec(const fem::NodalMatrix &matrix);
+  explicit Simplec(const fem::BlockMatrix<double> &matrix);
   ~Simplec() override;
   void vmult(fem::Vector &y, const fem::Vector &x) const override;
 

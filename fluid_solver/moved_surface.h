@@ -2,7 +2,7 @@
 
 #include "common/fem/constraints.h"
 #include "common/fem/lagrange_space.h"
-#include "common/linear_algebra/rounded_matrix.h"
+#include "common/linear_algebra/block_matrix.h"
 
 #include <array>
 #include <string>
@@ -37,7 +37,7 @@ class MovedSurface {
   /// and `fluxes` return it.
   std::vector<double> masses(const std::vector<double> &weights) const;
   /// A += int w u.v
-  void add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const;
+  void add_mass(const std::vector<double> &masses, fem::BlockMatrix<float> &A) const;
   /// y += the same form times x (ghosts of x valid), on this rank's nodes.
   void apply_mass(const std::vector<double> &masses, const fem::Vector &x, fem::Vector &y) const;
 

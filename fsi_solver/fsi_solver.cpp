@@ -78,7 +78,7 @@ void FsiSolver::solve_step(const bus::Step &step) {
 /// Both should vanish.
 void FsiSolver::budget(const fem::Vector &d, double dt) {
   fem::Vector velocity(d), on_fluid(fluid_.problem().state());
-  velocity -= mech_.problem().d_n;
+  velocity -= mech_.problem().past[0];
   velocity *= 1 / dt;
   on_fluid = 0;
   problem_.space().add_force(velocity, on_fluid);

@@ -88,7 +88,7 @@ class MechSolver : public bus::Solver {
   std::shared_ptr<spdlog::logger> log_;
   ElasticityProblem problem_;
   ForceGeneration force_generation_;
-  fem::Vector d_, d_nm2_, d_nm3_, stretch_;
+  fem::Vector d_, stretch_;
   fem::IterateMoves<fem::Vector> iterate_moves_;
 
   interface::InterfaceNodes interface_;
