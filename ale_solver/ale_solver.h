@@ -2,8 +2,8 @@
 
 #include "ale_solver/lifting_problem.h"
 #include "common/bus/solver.h"
-#include "common/io/state.h"
 #include "common/fem/time_history.h"
+#include "common/io/state.h"
 
 #include <vector>
 

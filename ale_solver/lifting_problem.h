@@ -14,8 +14,8 @@ namespace heartbus::ale {
 ///
 ///     -Lap d_ALE = 0,   d_ALE = d on the interface,   d_ALE = 0 on `fixed` boundaries,
 ///
-/// and only the normal component zero on `slip` boundaries. The matrix never changes, and the three components share it: they
-/// are solved for together.
+/// and only the normal component zero on `slip` boundaries. The matrix never changes, and the three components share
+/// it: they are solved for together.
 class LiftingProblem {
  public:
   LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters);

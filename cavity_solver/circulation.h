@@ -29,9 +29,9 @@ struct CavityAnswer {
 ///     p - p_art = R_aortic Q_aortic + rho/2 (Q_aortic / A_aortic)^2     likewise,
 ///     C (p_art - p_art^n) / dt = Q_aortic - (p_art - p_venous) / R_peripheral.
 ///
-/// The quadratic terms are the kinetic energy of the jets, which is lost; a jet is narrower than its valve. All of it is
-/// solved at once with the cavity's answer, so that no volume is lost and no valve chatters. What V(p) and the flows
-/// leave of the first line grows with p: there is one solution.
+/// The quadratic terms are the kinetic energy of the jets, which is lost; a jet is narrower than its valve. All of it
+/// is solved at once with the cavity's answer, so that no volume is lost and no valve chatters. What V(p) and the
+/// flows leave of the first line grows with p: there is one solution.
 class Circulation {
  public:
   explicit Circulation(const CirculationParameters &parameters)

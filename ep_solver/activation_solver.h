@@ -6,8 +6,8 @@
 
 namespace heartbus::ep {
 
-/// Electrophysiology of a wall whose times of activation are known: each node passes through the potential and calcium of
-/// a paced cell from then on, or through a prescribed transient of calcium,
+/// Electrophysiology of a wall whose times of activation are known: each node passes through the potential and
+/// calcium of a paced cell from then on, or through a prescribed transient of calcium,
 ///
 ///     v(x, t) = v_cell(t - T(x)),   calcium(x, t) = calcium_cell(t - T(x)),
 ///

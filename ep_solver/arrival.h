@@ -14,8 +14,8 @@ namespace heartbus::ep {
 ///
 /// with T(y) linear between the corners, and lengths in seconds: of vectors that `Metric` has stretched. With the edges
 /// e_1, e_2 from the first corner, a from there to x, the differences d_i = T_i - T_0, G_ij = e_i . e_j and
-/// g_i = e_i . a, the nearest point of the plane lies at lambda = G^-1 g, in the distance h; the path that arrives first
-/// comes from lambda - rho G^-1 d, rho = h / sqrt(1 - d . G^-1 d), and
+/// g_i = e_i . a, the nearest point of the plane lies at lambda = G^-1 g, in the distance h; the path that arrives
+/// first comes from lambda - rho G^-1 d, rho = h / sqrt(1 - d . G^-1 d), and
 ///
 ///     T(x) = T_0 + d . lambda + h sqrt(1 - d . G^-1 d).
 ///
@@ -33,8 +33,8 @@ double from_corner(const Vector &from, double time);
 
 } // namespace arrival
 
-/// Stretches vectors [m] to the times that a front takes along them [s]: |U a| = sqrt(a . V^-1 a), V^-1 = U^T U, with the
-/// tensor of squared speeds V [m^2/s^2].
+/// Stretches vectors [m] to the times that a front takes along them [s]: |U a| = sqrt(a . V^-1 a), V^-1 = U^T U, with
+/// the tensor of squared speeds V [m^2/s^2].
 class Metric {
  public:
   explicit Metric(const fem::Mat3<double> &V);

@@ -47,8 +47,7 @@ void MonodomainProblem::set_step(double dt) {
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   A_.copy_scaled(1 / dt, M_);
   A_.add_scaled(1, K_);
-  operators_.push_back(
-      {dt, fem::BlockMatrix<float>(A_), fem::make_preconditioner(preconditioner_kind_, A_)});
+  operators_.push_back({dt, fem::BlockMatrix<float>(A_), fem::make_preconditioner(preconditioner_kind_, A_)});
 }
 
 fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v) {

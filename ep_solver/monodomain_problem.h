@@ -40,9 +40,9 @@ class MonodomainProblem {
   };
 
   fem::BlockMatrix<double> M_, K_, A_; ///< A = M/dt + K of the last step that was new
-  std::vector<float> entries_; ///< of M and -K, side by side
-  std::vector<double> wv_;     ///< rate - v/dt and v of each node, side by side
-  fem::Vector weights_;        ///< of the nodes: the integrals of their shape functions
+  std::vector<float> entries_;         ///< of M and -K, side by side
+  std::vector<double> wv_;             ///< rate - v/dt and v of each node, side by side
+  fem::Vector weights_;                ///< of the nodes: the integrals of their shape functions
   double tolerance_, dt_ = 0;
   std::string preconditioner_kind_;
   std::vector<Operator> operators_;

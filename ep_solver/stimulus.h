@@ -9,7 +9,8 @@
 
 namespace heartbus::ep {
 
-/// Whether a front starts at x: where the current is half of its amplitude at least, in a ball within 0.9 of its radius.
+/// Whether a front starts at x: where the current is half of its amplitude at least, in a ball within 0.9 of its
+/// radius.
 bool is_in(const StimulusSite &site, const geometry::Point3 &x);
 /// The point of it that is nearest to x.
 geometry::Point3 nearest_in(const StimulusSite &site, const geometry::Point3 &x);

@@ -88,8 +88,8 @@ void Simplec::Blocks::form_schur_complement() {
   schur_amg.initialize(S, data);
 }
 
-/// Chebyshev's iteration on D^-1 F (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1), whose spectrum the
-/// row sums bound by one from above; what lies below the interval is damped less, but does not grow.
+/// Chebyshev's iteration on D^-1 F (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1), whose
+/// spectrum the row sums bound by one from above; what lies below the interval is damped less, but does not grow.
 void Simplec::Blocks::solve_momentum(const Epetra_Vector &r, Epetra_Vector &u) const {
   const double low = 0.08, high = 1, centre = (high + low) / 2, radius = (high - low) / 2;
   const int steps = 4;
@@ -117,7 +117,8 @@ Simplec::~Simplec() = default;
 
 void Simplec::vmult(fem::Vector &y, const fem::Vector &x) const {
   const Blocks &b = *blocks_;
-  Epetra_Vector r_u(b.velocity), r_p(b.pressure), u(b.velocity), p(b.pressure), change(b.velocity), divergence(b.pressure);
+  Epetra_Vector r_u(b.velocity), r_p(b.pressure), u(b.velocity), p(b.pressure), change(b.velocity),
+      divergence(b.pressure);
   const int n_nodes = r_p.MyLength();
   for (int node = 0; node < n_nodes; ++node) {
     for (int i = 0; i < 3; ++i)

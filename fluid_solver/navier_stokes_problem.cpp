@@ -57,9 +57,8 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
 NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
                                          double dt)
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), dt_(dt), robin_(space, alpha),
-      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4),
-      past_(3, space.make_vector(4)), x_(past_[0]), d_n_(space.make_vector(3)), d_np1_(d_n_),
-      guess_(x_), increment_(x_), residual_(x_), guess_load_(x_), force_(x_) {
+      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4), past_(3, space.make_vector(4)), x_(past_[0]),
+      d_n_(space.make_vector(3)), d_np1_(d_n_), guess_(x_), increment_(x_), residual_(x_), guess_load_(x_), force_(x_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))
@@ -289,7 +288,8 @@ void NavierStokesProblem::refresh_preconditioner() {
   preconditioner_age_.renew();
 }
 
-std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::BlockMatrix<double> &matrix) const {
+std::unique_ptr<fem::Preconditioner>
+NavierStokesProblem::make_preconditioner(const fem::BlockMatrix<double> &matrix) const {
   if (parameters_.preconditioner == "simplec")
     return std::make_unique<Simplec>(matrix);
   return fem::make_preconditioner("ilu", matrix);

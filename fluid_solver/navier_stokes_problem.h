@@ -2,12 +2,12 @@
 
 #include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
+#include "common/fem/time_history.h"
 #include "common/interface/nodal/robin_condition.h"
 #include "common/io/state.h"
 #include "common/linear_algebra/linear_solver.h"
 #include "common/linear_algebra/preconditioner_age.h"
 #include "common/nonlinear/iterate_moves.h"
-#include "common/fem/time_history.h"
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/orifice.h"

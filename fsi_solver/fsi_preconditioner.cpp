@@ -69,8 +69,9 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
     : space_(space), interface_(interface), blood_problem_(fluid), wall_problem_(solid), dt_(dt),
-      on_interface_(3 * space.solid().n_local_nodes()), blood_(fluid.matrix().pattern(), 4), wall_(solid.tangent().pattern(), 3),
-      r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
+      on_interface_(3 * space.solid().n_local_nodes()), blood_(fluid.matrix().pattern(), 4),
+      wall_(solid.tangent().pattern(), 3), r_f_(space.fluid().make_vector(4)), z_f_(r_f_),
+      r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
   fem::fix_vector(space.solid(), 3, "interface", on_interface_);
 }
 

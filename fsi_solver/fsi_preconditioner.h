@@ -41,8 +41,9 @@ class FsiPreconditioner : public fem::Preconditioner {
   const fluid::NavierStokesProblem &blood_problem_;
   const mech::ElasticityProblem &wall_problem_;
   double dt_;
-  fem::Constraints on_interface_; ///< of the solid
-  fem::BlockMatrix<double> blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
+  fem::Constraints on_interface_;         ///< of the solid
+  fem::BlockMatrix<double> blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface
+                                          ///< held
   std::unique_ptr<fem::Preconditioner> fluid_, solid_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };

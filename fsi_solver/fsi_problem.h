@@ -49,9 +49,9 @@ class FsiProblem {
   InterfaceBlocks interface_blocks_;
   FsiPreconditioner preconditioner_;
   fem::NewtonSettings newton_settings_;
-  std::vector<bool> open_orifices_;                     ///< for which the preconditioner was made
-  fem::PreconditionerAge preconditioner_age_{3};        ///< by the iterations of a step
-  double wanted_residual_ = 0;                          ///< of Newton's method, at the last state looked at
+  std::vector<bool> open_orifices_;              ///< for which the preconditioner was made
+  fem::PreconditionerAge preconditioner_age_{3}; ///< by the iterations of a step
+  double wanted_residual_ = 0;                   ///< of Newton's method, at the last state looked at
   fem::Vector x_f_, y_f_, d_, y_s_, force_;
 };
 

@@ -54,8 +54,8 @@ FsiSolver::FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double d
 void FsiSolver::declare(bus::Declaration &bus) {
   Outside wall(bus, {"blood_force", "held", "wall_velocity", "wall_force", "solid_iterations"});
   mech_.declare(wall);
-  Outside blood(
-      bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget", "fluid_iterations", "fluid_residual"});
+  Outside blood(bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget",
+                      "fluid_iterations", "fluid_residual"});
   fluid_.declare(blood);
   bus.scalar("fsi_iterations", "1", [this] { return double(statistics_.linear_iterations); });
 }

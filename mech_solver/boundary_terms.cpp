@@ -151,7 +151,8 @@ void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::Bloc
     add_face_tangent(f, pressure, d, K);
 }
 
-void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const {
+void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d,
+                                     fem::BlockMatrix<double> &K) const {
   for (unsigned q = 0; q < faces_.n_q; ++q) {
     const unsigned fq = f * faces_.n_q + q;
     const double *N = &faces_.normals[3 * fq], *shape = &faces_.shapes[fq * faces_.nodes_per_cell];

@@ -31,8 +31,8 @@ class Pericardium {
 };
 
 /// One label's part of the boundary, for loads on it. Pressure follows the surface: the load on the solid is
-/// -int p J F^{-T} N . phi over the reference area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in direction
-/// e_j phi_b is the vector e_j x w_b.
+/// -int p J F^{-T} N . phi over the reference area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in
+/// direction e_j phi_b is the vector e_j x w_b.
 class LoadedSurface {
  public:
   LoadedSurface(const fem::LagrangeSpace &space, const std::string &label);

@@ -15,9 +15,10 @@ namespace heartbus::mech {
 /// A = dP/dF of one quadrature point: K_ab = g_a . A . g_b, 27 products for each pair of nodes.
 ///
 /// With mean dilatation (Nagtegaal, Parks, Rice 1974, doi:10.1016/0045-7825(74)90032-2; Simo, Taylor, Pister 1985,
-/// doi:10.1016/0045-7825(85)90033-7) the energy of volume of a cell is V U(v / V), with its volumes V at rest and v as it
-/// is, in place of int U(J): one condition a cell on its volume, where one a quadrature point would lock it. Its pressure
-/// U'(v/V) is the same in all of the cell, and with b_a = dv/dd_a the tangent has the additional part U''(v/V)/V b_a x b_b.
+/// doi:10.1016/0045-7825(85)90033-7) the energy of volume of a cell is V U(v / V), with its volumes V at rest and v
+/// as it is, in place of int U(J): one condition a cell on its volume, where one a quadrature point would lock it.
+/// Its pressure U'(v/V) is the same in all of the cell, and with b_a = dv/dd_a the tangent has the additional part
+/// U''(v/V)/V b_a x b_b.
 struct ElasticityCells {
   // discretisation, reference configuration (see fem::LagrangeSpace)
   unsigned nodes_per_cell = 0, n_q = 0;

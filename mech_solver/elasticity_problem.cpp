@@ -42,7 +42,7 @@ std::string complaint(bool crushed, double value, const std::array<double, 6> &c
 
 ActiveFibres::Tension kind_of_tension(const ActiveParameters &active) {
   using Tension = ActiveFibres::Tension;
-  return active.model != "prescribed"   ? Tension::of_force_model
+  return active.model != "prescribed"  ? Tension::of_force_model
          : active.measure == "nominal" ? Tension::nominal
                                        : Tension::second_piola;
 }
@@ -53,14 +53,14 @@ ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem:
                                      const Parameters &parameters)
     : past(4, space.make_vector(3)), tension(space.make_vector(1)), load(past[0]), space_(space), fibres_(fibres),
       solver_(parameters.solver), gravity_{parameters.gravity[0], parameters.gravity[1], parameters.gravity[2]},
-      mean_dilatation_(parameters.volume == "mean_dilatation"),
-      active_fibres_{parameters.active.sarcomere_length, kind_of_tension(parameters.active)},
-      regions_(material_regions(space, parameters)),
-      pericardium_(space, parameters.pericardium), acceleration_(load), velocity_(load), tangent_(space, 3),
-      rounded_tangent_(tangent_.pattern(), 3), tangent_solver_(parameters.solver) {
+      mean_dilatation_(parameters.volume == "mean_dilatation"), active_fibres_{parameters.active.sarcomere_length,
+                                                                               kind_of_tension(parameters.active)},
+      regions_(material_regions(space, parameters)), pericardium_(space, parameters.pericardium), acceleration_(load),
+      velocity_(load), tangent_(space, 3), rounded_tangent_(tangent_.pattern(), 3), tangent_solver_(parameters.solver) {
   if (mean_dilatation_ && space.nodes_per_cell() == 4)
-    throw Failure(ExitCode::scene, "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
-                                   "constant and which lock for large kappa; take hexahedra, or 'penalty'");
+    throw Failure(ExitCode::scene,
+                  "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
+                  "constant and which lock for large kappa; take hexahedra, or 'penalty'");
   constrain(parameters);
   // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
   const double kappa = std::visit([](const auto &law) { return law.kappa; }, regions_[0].law);

@@ -2,10 +2,10 @@
 
 #include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
+#include "common/fem/time_history.h"
 #include "common/fibres/fibres.h"
 #include "common/linear_algebra/linear_solver.h"
 #include "common/nonlinear/newton.h"
-#include "common/fem/time_history.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
 #include "mech_solver/material_regions.h"

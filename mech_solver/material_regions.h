@@ -14,8 +14,8 @@ struct MaterialRegion {
   std::vector<std::uint8_t> in_batch; ///< [batch]
 };
 
-/// The muscle, which is all that the scene names no other material for, then those it names. Failure(scene) when the mesh
-/// has no such region.
+/// The muscle, which is all that the scene names no other material for, then those it names. Failure(scene) when the
+/// mesh has no such region.
 std::vector<MaterialRegion> material_regions(const fem::LagrangeSpace &space, const Parameters &parameters);
 
 } // namespace heartbus::mech

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/interface/nodal/wall_probe.h"
 #include "common/interface/nodal/pressure_correction.h"
+#include "common/interface/nodal/wall_probe.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/nonlinear/iterate_moves.h"

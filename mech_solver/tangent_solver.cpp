@@ -30,8 +30,7 @@ void TangentSolver::follow(const fem::BlockMatrix<double> &tangent) {
 }
 
 unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem::BlockMatrix<float> &rounded,
-                              fem::Vector &dx, const fem::Vector &force, double tolerance,
-                              bus::Stopwatch &stopwatch) {
+                              fem::Vector &dx, const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch) {
   const bool renewed = age_.is_due();
   if (renewed) {
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");

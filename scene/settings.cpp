@@ -133,8 +133,8 @@ std::vector<Use> all_uses(const SceneParameters &scene) {
   return uses;
 }
 
-/// Why a key is not used ("'geometry.shape' is piston"); empty when it is, or when a program from elsewhere takes part, which
-/// may use any.
+/// Why a key is not used ("'geometry.shape' is piston"); empty when it is, or when a program from elsewhere takes
+/// part, which may use any.
 std::string why_unused(const std::vector<Use> &uses, const std::string &path) {
   if (path == "electrophysiology" || path == "electrophysiology.stimulus" ||
       is_within(path, "electrophysiology.stimulus.period"))

@@ -13,7 +13,7 @@ BlockILU::BlockILU(const BlockMatrix<float> &matrix)
       work_(work_length(components_) * std::size_t(pattern_->n_rows())) {
   const std::vector<float> ghost_blocks = pattern_->ghost_blocks(matrix.values(), components_);
   const RowsWithGhosts rows{pattern_->n_ghosts,       pattern_->begin.data(), pattern_->columns.data(),
-                       pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
+                            pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
   if (factorise_blocks(rows, factors(), factors_.data()))
     return;
   if (!std::all_of(matrix.values(), matrix.values() + matrix.n_entries(), [](float x) { return std::isfinite(x); }))

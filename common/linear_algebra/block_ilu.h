@@ -1,9 +1,9 @@
 #pragma once
 
 #include "common/linear_algebra/block_ilu_kernel.h"
+#include "common/linear_algebra/block_matrix.h"
 #include "common/linear_algebra/factor_pattern.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/block_matrix.h"
 
 #include <vector>
 

@@ -2,9 +2,9 @@
 
 namespace heartbus::fem {
 
-/// The factors of an incomplete LU decomposition of b x b blocks, in the order of their use, so that a solution reads them
-/// as one stream: the rows of L downwards, without their diagonal of ones, then the rows of U upwards, each with the inverse
-/// of its diagonal block at its end. A row holds the blocks up to `end` of it, each column by column.
+/// The factors of an incomplete LU decomposition of b x b blocks, in the order of their use, so that a solution reads
+/// them as one stream: the rows of L downwards, without their diagonal of ones, then the rows of U upwards, each with
+/// the inverse of its diagonal block at its end. A row holds the blocks up to `end` of it, each column by column.
 struct BlockFactors {
   unsigned b; ///< 1, 3 or 4
   int n_rows;
@@ -13,7 +13,8 @@ struct BlockFactors {
   const float *factors; ///< and one number more, which is loaded but not used
 };
 
-/// The rows of a matrix of b x b blocks that are to be factorised, with those of the ghosts; each block column by column.
+/// The rows of a matrix of b x b blocks that are to be factorised, with those of the ghosts; each block column by
+/// column.
 struct RowsWithGhosts {
   int n_ghosts;                ///< the first rows, whose blocks are in `ghosts`; those of the others are in `owned`
   const int *begin, *columns;  ///< [n_rows + 1]; sorted within a row, with the diagonal

@@ -49,7 +49,8 @@ void BlockMatrix<Number>::add_batch(unsigned batch, Lanes *K) {
   for (unsigned a = 0; a < n; ++a) {
     blocks.n_used = 0;
     for (unsigned lane = 0; lane < n_lanes; ++lane)
-      if (const unsigned slot = batch * n_lanes + lane; space().slot_used(slot) && pattern_->positions(slot, a)[0] >= 0) {
+      if (const unsigned slot = batch * n_lanes + lane;
+          space().slot_used(slot) && pattern_->positions(slot, a)[0] >= 0) {
         blocks.lane[blocks.n_used] = lane;
         blocks.position[blocks.n_used++] = pattern_->positions(slot, a);
       }

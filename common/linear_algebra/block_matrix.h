@@ -10,15 +10,17 @@
 
 namespace heartbus::fem {
 
-/// Square sparse matrix of dense blocks between the nodes of a space, of `components` (1, 3 or 4) rows and columns. Numbers
-/// are double, or float for iterations that solve for a correction: solvers are bound by what they read, and the rounding
-/// (6e-8 of an entry) is far below their tolerances, since the residual that is corrected is of the exact matrix.
+/// Square sparse matrix of dense blocks between the nodes of a space, of `components` (1, 3 or 4) rows and columns.
+/// Numbers are double, or float for iterations that solve for a correction: solvers are bound by what they read, and
+/// the rounding (6e-8 of an entry) is far below their tolerances, since the residual that is corrected is of the
+/// exact matrix.
 ///
-/// Only rows of owned nodes are kept. They lie block after block in the order of the pattern, each block column by column.
+/// Only rows of owned nodes are kept. They lie block after block in the order of the pattern, each block column by
+/// column.
 ///
-/// Constrained degrees of freedom (set_constraints): their rows and columns keep only the diagonal. Systems are solved for
-/// increments, whose constrained entries are zero, so no right-hand side needs lifting: zero those entries of the right-hand
-/// side with `zero_constrained`.
+/// Constrained degrees of freedom (set_constraints): their rows and columns keep only the diagonal. Systems are
+/// solved for increments, whose constrained entries are zero, so no right-hand side needs lifting: zero those entries
+/// of the right-hand side with `zero_constrained`.
 template <class Number>
 class BlockMatrix {
  public:
@@ -46,8 +48,9 @@ class BlockMatrix {
 
   /// Sets all values to zero.
   void clear() { std::fill(values_.begin(), values_.end(), Number(0)); }
-  /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column (b, j),
-  /// n = nodes_per_cell. Unused slots are skipped. Of K, rows and columns of constraints are first reduced to the diagonal.
+  /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column
+  /// (b, j), n = nodes_per_cell. Unused slots are skipped. Of K, rows and columns of constraints are first reduced to
+  /// the diagonal.
   void add_batch(unsigned batch, Lanes *K);
   /// Adds one block [i][j] between nodes a and b (cell node indices) of a slot.
   void add_block(unsigned slot, unsigned a, unsigned b, const double *block);

@@ -41,12 +41,8 @@ HEARTBUS_SIMD void multiply(const BlockRows<double> &A, const double *x, double 
 
 HEARTBUS_SIMD void multiply(const BlockRows<float> &A, const double *x, double *y) { product(A, x, y); }
 
-HEARTBUS_SIMD void multiply_3rhs(const BlockRows<double> &A, const double *x, double *y) {
-  product_3rhs(A, x, y);
-}
+HEARTBUS_SIMD void multiply_3rhs(const BlockRows<double> &A, const double *x, double *y) { product_3rhs(A, x, y); }
 
-HEARTBUS_SIMD void multiply_3rhs(const BlockRows<float> &A, const double *x, double *y) {
-  product_3rhs(A, x, y);
-}
+HEARTBUS_SIMD void multiply_3rhs(const BlockRows<float> &A, const double *x, double *y) { product_3rhs(A, x, y); }
 
 } // namespace heartbus::fem

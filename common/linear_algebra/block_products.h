@@ -5,9 +5,9 @@
 
 namespace heartbus::fem {
 
-/// The sum of the products of blocks [first, last) with the fours of z that their columns name. Blocks are stored column by
-/// column. One sum a column of the blocks: a single one would wait for each addition to end. With three components the
-/// fourth number is never used.
+/// The sum of the products of blocks [first, last) with the fours of z that their columns name. Blocks are stored
+/// column by column. One sum a column of the blocks: a single one would wait for each addition to end. With three
+/// components the fourth number is never used.
 template <unsigned b, class Number>
 HEARTBUS_INLINE Double4 block_products(const Number *blocks, const int *columns, int first, int last, const double *z) {
   Double4 sums[b] = {};

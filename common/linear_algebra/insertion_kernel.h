@@ -6,8 +6,9 @@
 
 namespace heartbus::fem {
 
-/// Where the blocks of a batch's cells go, which lie one after the other in `values`, each column by column: in the row of one
-/// cell node of lane[k], the block of cell node b is number position[k][b]. Only the first `n_used` entries count.
+/// Where the blocks of a batch's cells go, which lie one after the other in `values`, each column by column: in the
+/// row of one cell node of lane[k], the block of cell node b is number position[k][b]. Only the first `n_used`
+/// entries count.
 template <class Number>
 struct BatchBlocks {
   unsigned n_nodes, components; ///< 1, 3 or 4

@@ -2,8 +2,8 @@
 
 namespace heartbus::fem {
 
-/// Matrices change little from step to step: a preconditioner serves until solutions take half as many iterations again as
-/// when it was new, and a few more.
+/// Matrices change little from step to step: a preconditioner serves until solutions take half as many iterations
+/// again as when it was new, and a few more.
 class PreconditionerAge {
  public:
   explicit PreconditionerAge(unsigned more) : more_(more) {}

@@ -25,9 +25,9 @@
 ///     dc/dt = B H(u - theta_w) r s - (c - c_0) / 150 ms,
 ///     dr/dt = (1 - H(u - theta_w)) (1 - r) / 100 ms  -  H(u - theta_w) r / 12 ms.
 ///
-/// With the times of uptake and closing the transient is nearest to that of the model of ten Tusscher and Panfilov (root
-/// of the mean square 4 % of the peak); c_0 and B give it the diastolic and the peak value there for the same cell type,
-/// both every 800 ms. Nothing depends on c and r.
+/// With the times of uptake and closing the transient is nearest to that of the model of ten Tusscher and Panfilov
+/// (root of the mean square 4 % of the peak); c_0 and B give it the diastolic and the peak value there for the same
+/// cell type, both every 800 ms. Nothing depends on c and r.
 namespace heartbus::ep::bueno_orovio {
 
 enum State : unsigned { v, w, s, r, Ca, n_states };

@@ -23,8 +23,8 @@ class Transient {
   Trace trace_;
 };
 
-/// How long a stimulus of this amplitude [V/s] and duration [s] takes to activate a cell at rest [s]. Failure(scene) when
-/// it does not.
+/// How long a stimulus of this amplitude [V/s] and duration [s] takes to activate a cell at rest [s]. Failure(scene)
+/// when it does not.
 double latency(const IonicModel &model, const std::string &initial_state, double amplitude, double duration);
 
 } // namespace heartbus::ep

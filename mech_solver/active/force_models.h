@@ -5,10 +5,7 @@
 
 /// The models of force generation there are: the name in the scene and the function that makes the model. One line a
 /// model.
-#define HEARTBUS_FORCE_MODELS(model)                                                                                   \
-  model("rdq18_ann", make_rdq18_ann)                                                                                   \
-  model("twitch", make_twitch)                                                                                         \
-  /* by name */
+#define HEARTBUS_FORCE_MODELS(model) model("rdq18_ann", make_rdq18_ann) model("twitch", make_twitch) /* by name */
 
 namespace heartbus::mech {
 

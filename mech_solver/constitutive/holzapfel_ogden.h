@@ -12,9 +12,9 @@ namespace heartbus::mech {
 ///
 ///     I1 = J^{-2/3} tr C,   x_f = max(C_ff - 1, 0),   x_s = max(C_ss - 1, 0):
 ///
-/// fibres and sheets bear tension only. The article's solid is incompressible; here I1 is that of the isochoric part, so
-/// that the matrix is free of stress at rest, and fibres feel the whole deformation. With m = a e^{b (I1 - 3)} J^{-2/3},
-/// N = I - tr C/3 C^{-1}, and g(x; a, b) = a x e^{b x^2}:
+/// fibres and sheets bear tension only. The article's solid is incompressible; here I1 is that of the isochoric part,
+/// so that the matrix is free of stress at rest, and fibres feel the whole deformation. With m = a e^{b (I1 - 3)}
+/// J^{-2/3}, N = I - tr C/3 C^{-1}, and g(x; a, b) = a x e^{b x^2}:
 ///
 ///     S = m N + 2 g(x_f) f x f + 2 g(x_s) s x s + g(C_fs) (f x s + s x f) + J U' C^{-1},   U = kappa/2 (J - 1) ln J.
 ///

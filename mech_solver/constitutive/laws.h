@@ -8,11 +8,8 @@
 
 /// The constitutive laws there are: the struct, and its name in the scene, which is that of its header. One line a law.
 #define HEARTBUS_LAWS(law)                                                                                             \
-  law(Guccione, guccione)                                                                                              \
-  law(HolzapfelOgden, holzapfel_ogden)                                                                                 \
-  law(NeoHookean, neo_hookean)                                                                                         \
-  law(SaintVenantKirchhoff, saint_venant_kirchhoff)                                                                    \
-  /* by name */
+  law(Guccione, guccione) law(HolzapfelOgden, holzapfel_ogden) law(NeoHookean, neo_hookean)                            \
+      law(SaintVenantKirchhoff, saint_venant_kirchhoff) /* by name */
 
 namespace heartbus::mech {
 

@@ -25,8 +25,7 @@ std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all,
 void ActiveParameters::describe(config::Section &s) {
   std::vector<std::string> models = force_model_names();
   models.insert(models.end(), {"prescribed", "none"});
-  s.choice("model", model, models,
-           "force generation; prescribed: 'tension' everywhere; none: a passive solid");
+  s.choice("model", model, models, "force generation; prescribed: 'tension' everywhere; none: a passive solid");
   s.quantity("tension_max", tension_max, "Pa", config::non_negative, "tension at full permissivity");
   s.quantity(
       "sarcomere_length", sarcomere_length, "um", config::between(1, 3),

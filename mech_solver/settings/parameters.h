@@ -28,8 +28,8 @@ struct PericardiumParameters {
   void describe(config::Section &section);
 };
 
-/// What pushes or pulls at one part of the boundary: a pressure that follows the surface, and a traction that stays what
-/// it is per area at rest, in time.
+/// What pushes or pulls at one part of the boundary: a pressure that follows the surface, and a traction that stays
+/// what it is per area at rest, in time.
 struct LoadParameters {
   std::string label;
   config::Table pressure;                ///< from outside [Pa]

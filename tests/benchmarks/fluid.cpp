@@ -9,8 +9,8 @@ namespace {
 
 using fem::Lanes;
 
-// Additions and multiplications of a hexahedron with eight quadrature points, counted in navier_stokes_kernel.cpp: pairs
-// of nodes, residual, what is evaluated at the points.
+// Additions and multiplications of a hexahedron with eight quadrature points, counted in navier_stokes_kernel.cpp:
+// pairs of nodes, residual, what is evaluated at the points.
 constexpr double flops =
     8 * (8 * 8 * (2 + 18 + 18 + 6 + 12 + 12 + 2)) + 8 * 8 * 32 + 8 * 8 * 15 + 8 * (8 * (18 + 15 + 18 + 6 + 8) + 250);
 

@@ -68,8 +68,8 @@ const Cells all_cells[] = {Cells::hexahedra, Cells::linear_tetrahedra, Cells::qu
 
 } // namespace
 
-/// Under a plane wave of slowness p, p . V p = 1, times are linear, and those at the corners give that at x wherever the
-/// ray to x comes through the triangle.
+/// Under a plane wave of slowness p, p . V p = 1, times are linear, and those at the corners give that at x wherever
+/// the ray to x comes through the triangle.
 TEST(Arrival, OfAPlaneWaveIsExact) {
   const Mat3<double> V = c * c * oblique();
   const ep::Metric metric(V);

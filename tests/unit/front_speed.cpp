@@ -10,8 +10,8 @@ using namespace heartbus;
 
 namespace {
 
-/// A cable of tissue whose conductivity is 1 m^2/s, so that its length is in s^1/2: finite differences in space, v and the
-/// cells at the middle of the step in time.
+/// A cable of tissue whose conductivity is 1 m^2/s, so that its length is in s^1/2: finite differences in space, v
+/// and the cells at the middle of the step in time.
 class Cable {
  public:
   Cable(const ep::IonicModel &model, double spacing, double dt)

@@ -63,7 +63,8 @@ TEST(HolzapfelOgden, FibresAndSheetsBearTensionOnly) {
   EXPECT_NEAR(HolzapfelOgden().energy(F), isotropic(0.8) + 2481 / (2 * 11.12) * (std::exp(11.12 * 0.0625) - 1), 1e-9);
   F[0][0] = 1.2;
   F[1][1] = F[2][2] = 1 / std::sqrt(1.2); // fibres are
-  EXPECT_NEAR(HolzapfelOgden().energy(F), isotropic(1.2) + 18472 / (2 * 16.026) * (std::exp(16.026 * 0.1936) - 1), 1e-9);
+  EXPECT_NEAR(HolzapfelOgden().energy(F), isotropic(1.2) + 18472 / (2 * 16.026) * (std::exp(16.026 * 0.1936) - 1),
+              1e-9);
 }
 
 /// Which stands for the whole law where a solver asks how far a state may go.
@@ -74,9 +75,9 @@ TEST(HolzapfelOgden, TheLargestOfItsExponentsIsTold) {
     F[i][j] = value;
     return law.exponent(right_cauchy_green(F), heartbus::fem::determinant(F));
   };
-  EXPECT_NEAR(exponent(0, 0, 1.3), 16.026 * 0.69 * 0.69, 1e-12);          // fibres
-  EXPECT_NEAR(exponent(1, 1, 1.3), 11.120 * 0.69 * 0.69, 1e-12);          // sheets
-  EXPECT_NEAR(exponent(0, 1, 0.4), 11.436 * 0.16, 1e-12);                 // their shear
+  EXPECT_NEAR(exponent(0, 0, 1.3), 16.026 * 0.69 * 0.69, 1e-12);                        // fibres
+  EXPECT_NEAR(exponent(1, 1, 1.3), 11.120 * 0.69 * 0.69, 1e-12);                        // sheets
+  EXPECT_NEAR(exponent(0, 1, 0.4), 11.436 * 0.16, 1e-12);                               // their shear
   EXPECT_NEAR(exponent(2, 2, 0.7), 8.023 * (2.49 * std::pow(0.7, -2. / 3) - 3), 1e-12); // the matrix
 }
 
