@@ -7,12 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), motion_n_(motion_),
-      motion_nm1_(motion_), motion_nm2_(motion_), mesh_motion_(3 * space.n_owned_nodes()) {
+    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), past_(3, motion_),
+      mesh_motion_(3 * space.n_owned_nodes()) {
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     if (on[node])
@@ -33,18 +34,15 @@ void ALESolver::declare(bus::Declaration &bus) {
 
 /// First guess: the parabola through the last three motions.
 void ALESolver::prepare_step(const bus::Step &) {
-  if (!has_history_)
-    return;
-  motion_ = motion_n_;
-  motion_.sadd(3., -3., motion_nm1_);
-  motion_ += motion_nm2_;
+  if (has_history_)
+    past_.extrapolate(motion_);
 }
 
 void ALESolver::commit_step(const bus::Step &) {
-  motion_nm2_ = has_history_ ? motion_nm1_ : motion_;
-  motion_nm1_ = has_history_ ? motion_n_ : motion_;
-  motion_n_ = motion_;
-  has_history_ = true;
+  if (std::exchange(has_history_, true))
+    past_.push(motion_);
+  else
+    past_.fill(motion_);
 }
 
 /// A mesh that nobody moves would be at rest without a word.
@@ -67,9 +65,9 @@ void ALESolver::solve_step(const bus::Step &) {
 
 void ALESolver::visit(io::State &state) {
   state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
-  state.field("motion", 3, motion_n_.begin());
-  state.field("motion_before", 3, motion_nm1_.begin());
-  state.field("motion_before_that", 3, motion_nm2_.begin());
+  state.field("motion", 3, past_[0].begin());
+  state.field("motion_before", 3, past_[1].begin());
+  state.field("motion_before_that", 3, past_[2].begin());
 }
 
 void ALESolver::save_state(const std::string &folder, const bus::Step &) {
@@ -79,7 +77,7 @@ void ALESolver::save_state(const std::string &folder, const bus::Step &) {
 void ALESolver::load_state(const std::string &folder, const bus::Step &) {
   io::load_state(space_.communicator(), folder + "/ale.h5", [&](io::State &state) { visit(state); });
   has_history_ = true;
-  motion_ = motion_n_;
+  motion_ = past_[0];
   std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
 }
 

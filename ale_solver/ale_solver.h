@@ -2,6 +2,7 @@
 
 #include "ale_solver/lifting_problem.h"
 #include "common/bus/solver.h"
+#include "common/fem/time_history.h"
 #include "common/io/state.h"
 
 #include <vector>
@@ -28,7 +29,8 @@ class ALESolver : public bus::Solver {
 
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
-  fem::Vector motion_, motion_n_, motion_nm1_, motion_nm2_;
+  fem::Vector motion_;
+  fem::TimeHistory past_; ///< motions
   bool has_history_ = false, has_displacement_ = false;
   std::vector<unsigned> interface_nodes_;          ///< owned
   std::vector<double> displacement_, mesh_motion_; ///< what the bus fills and reads

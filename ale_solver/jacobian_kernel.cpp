@@ -10,12 +10,8 @@ HEARTBUS_SIMD void smallest_jacobian(unsigned n, unsigned n_q, const Lanes *grad
                                      Lanes &smallest) {
   smallest = fem::lanes(1e300);
   for (unsigned q = 0; q < n_q; ++q) {
-    fem::Mat3<Lanes> F = fem::identity<Lanes>();
-    for (unsigned a = 0; a < n; ++a)
-      for (unsigned i = 0; i < 3; ++i)
-        for (unsigned j = 0; j < 3; ++j)
-          F[i][j] += motion[3 * a + i] * gradients[(q * n + a) * 3 + j];
-    const Lanes J = fem::determinant(F);
+    const Lanes J = fem::determinant(fem::deformation_gradient(
+        n, [&](unsigned a, unsigned i) { return motion[3 * a + i]; }, gradients + q * n * 3));
     smallest = (smallest > J) | (J != J) ? J : smallest;
   }
 }

@@ -17,7 +17,7 @@ class Threefold : public fem::Preconditioner {
   Threefold(const fem::BlockILU &factorisation, const fem::Constraints &constrained)
       : factorisation_(factorisation), constrained_(constrained) {}
   void vmult(Vector &y, const Vector &x) const override {
-    factorisation_.vmult_threefold(y, x);
+    factorisation_.vmult_3rhs(y, x);
     fem::zero_constrained(y, constrained_);
   }
 
@@ -29,7 +29,7 @@ class Threefold : public fem::Preconditioner {
 } // namespace
 
 LiftingProblem::LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1), matrix_(space, 1) {
+    : space_(space), tolerance_(parameters.tolerance), laplace_(space, 1), matrix_(laplace_.pattern(), 1) {
   constrain(parameters);
   assemble(laplace_);
   assemble(matrix_);
@@ -49,7 +49,7 @@ void LiftingProblem::constrain(const Parameters &parameters) {
   matrix_.set_constraints(wholly);
 }
 
-void LiftingProblem::assemble(fem::NodalMatrix &matrix) const {
+void LiftingProblem::assemble(fem::BlockMatrix<double> &matrix) const {
   const unsigned n = space_.nodes_per_cell();
   std::vector<Lanes> K(n * n);
   for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
@@ -77,9 +77,9 @@ unsigned LiftingProblem::solve(Vector &motion) {
   for (unsigned k = 0; k < prescribed.locally_owned_size(); ++k)
     if (!constrained_[k])
       prescribed.local_element(k) = 0;
-  laplace_.vmult_threefold(b, motion);
+  laplace_.vmult_3rhs(b, motion);
   b *= -1;
-  laplace_.vmult_threefold(load, prescribed);
+  laplace_.vmult_3rhs(load, prescribed);
   fem::zero_constrained(b, constrained_);
   fem::zero_constrained(load, constrained_);
   const auto [norm, norm_of_load] = fem::norms(b, load);
@@ -88,7 +88,7 @@ unsigned LiftingProblem::solve(Vector &motion) {
     return 0;
   const bus::Stopwatch::Section linear_solve(stopwatch, "linear solve");
   const auto laplace = [&](Vector &y, const Vector &x) {
-    matrix_.vmult_threefold(y, x);
+    matrix_.vmult_3rhs(y, x);
     fem::zero_constrained(y, constrained_);
   };
   const auto statistics =

@@ -5,7 +5,6 @@
 #include "common/fem/constraints.h"
 #include "common/linear_algebra/block_ilu.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/nodal_matrix.h"
 
 #include <memory>
 
@@ -15,8 +14,8 @@ namespace heartbus::ale {
 ///
 ///     -Lap d_ALE = 0,   d_ALE = d on the interface,   d_ALE = 0 on `fixed` boundaries,
 ///
-/// and only the normal component zero on `slip` boundaries. The matrix never changes, and the three components share it: they
-/// are solved for together.
+/// and only the normal component zero on `slip` boundaries. The matrix never changes, and the three components share
+/// it: they are solved for together.
 class LiftingProblem {
  public:
   LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters);
@@ -32,15 +31,15 @@ class LiftingProblem {
 
  private:
   void constrain(const Parameters &parameters);
-  void assemble(fem::NodalMatrix &matrix) const;
+  void assemble(fem::BlockMatrix<double> &matrix) const;
   unsigned solve(fem::Vector &motion);
   void check(const fem::Vector &motion);
 
   const fem::LagrangeSpace &space_;
   double tolerance_;
   fem::Constraints constrained_;                 ///< three components a node
-  fem::NodalMatrix laplace_;                     ///< without constraints: for residuals
-  fem::NodalMatrix matrix_;                      ///< with those of nodes that are wholly prescribed
+  fem::BlockMatrix<double> laplace_;             ///< without constraints: for residuals
+  fem::BlockMatrix<double> matrix_;              ///< with those of nodes that are wholly prescribed
   std::unique_ptr<fem::BlockILU> factorisation_; ///< of that
   double smallest_J_ = 1;
 };

@@ -11,10 +11,10 @@
  *         ...
  *     return heartbus_leave(bus);
  *
- * All values are in SI units (calcium in uM), the configuration of all points is the reference one. Every call is made by
- * all ranks of a participant, in the same order. When something fails, here or elsewhere, the launch ends: the message
- * has been printed by the coupler, heartbus_next returns HEARTBUS_END, calls that return pointers return null, and
- * heartbus_leave returns the exit code that the program is to end with.
+ * All values are in SI units (calcium in uM), the configuration of all points is the reference one. Every call is
+ * made by all ranks of a participant, in the same order. When something fails, here or elsewhere, the launch ends:
+ * the message has been printed by the coupler, heartbus_next returns HEARTBUS_END, calls that return pointers return
+ * null, and heartbus_leave returns the exit code that the program is to end with.
  *
  * The library links MPI and nothing else. It neither exits nor touches signals, environment or cores. Only if the
  * coupler does not answer any more does it end the launch by MPI_Abort.
@@ -115,9 +115,10 @@ HEARTBUS_API int heartbus_partner(heartbus_bus *bus, const char *participant, co
 HEARTBUS_API int heartbus_points(heartbus_bus *bus, const char *name, int n_points, const double *points,
                                  double spacing);
 
-/* A field that others may receive: `components` values a point, one point after the other. With an empty `point_set` the
- * values belong to no point (a pressure, a volume); those of rank 0 count. Returns the array, all zero, to be filled at
- * each solve; it belongs to the bus and stays where it is. On a rank without points it is not null either. */
+/* A field that others may receive: `components` values a point, one point after the other. With an empty
+ * `point_set` the values belong to no point (a pressure, a volume); those of rank 0 count. Returns the array, all
+ * zero, to be filled at each solve; it belongs to the bus and stays where it is. On a rank without points it is not
+ * null either. */
 HEARTBUS_API double *heartbus_output(heartbus_bus *bus, const char *field, const char *point_set, int components,
                                      const char *unit);
 
@@ -138,8 +139,8 @@ HEARTBUS_API int heartbus_next(heartbus_bus *bus, heartbus_order *order);
 /* Ends the launch: the coupler prints the message with this participant's name and rank. Returns the exit code. */
 HEARTBUS_API int heartbus_fail(heartbus_bus *bus, int code, const char *message);
 
-/* Waits until all have come to the end, and frees the bus. Returns the exit code that the program is to end with: if it is
- * not 0, at once and without MPI_Finalize, which would wait for the others. */
+/* Waits until all have come to the end, and frees the bus. Returns the exit code that the program is to end with: if it
+ * is not 0, at once and without MPI_Finalize, which would wait for the others. */
 HEARTBUS_API int heartbus_leave(heartbus_bus *bus);
 
 /* Of the protocol that the library speaks: all programs of a launch speak the same. */

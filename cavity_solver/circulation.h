@@ -12,6 +12,9 @@ struct CirculationParameters {
   double aortic_resistance = 1.3e7; ///< of the open valve and the proximal aorta [Pa s/m^3]
   double arterial_pressure = 9000;  ///< of the vessels before the first beat [Pa]
   fluid::Windkessel arteries;
+  double density = 1060;  ///< of the blood [kg/m^3]
+  double mitral_area = 0; ///< effective, of the jet behind the valve [m^2]; 0: it costs no pressure
+  double aortic_area = 0; ///< likewise
 };
 
 /// How the cavity answers: V(p) = volume + compliance (p - pressure).
@@ -22,12 +25,13 @@ struct CavityAnswer {
 /// One pressure in the whole ventricle and the flows through its valves, by implicit Euler:
 ///
 ///     V(p) = V^n + dt (Q_mitral - Q_aortic),
-///     Q_mitral = max(0, p_atrium - p) / R_mitral,
-///     Q_aortic = max(0, p - p_art) / R_aortic,
+///     p_atrium - p = R_mitral Q_mitral + rho/2 (Q_mitral / A_mitral)^2  where that is positive, else Q_mitral = 0,
+///     p - p_art = R_aortic Q_aortic + rho/2 (Q_aortic / A_aortic)^2     likewise,
 ///     C (p_art - p_art^n) / dt = Q_aortic - (p_art - p_venous) / R_peripheral.
 ///
-/// All of it is solved at once with the cavity's answer, so that no volume is lost and no valve chatters. Both sides
-/// are piecewise linear in p and the difference grows with p: there is one solution, on one of four pieces.
+/// The quadratic terms are the kinetic energy of the jets, which is lost; a jet is narrower than its valve. All of it
+/// is solved at once with the cavity's answer, so that no volume is lost and no valve chatters. What V(p) and the
+/// flows leave of the first line grows with p: there is one solution.
 class Circulation {
  public:
   explicit Circulation(const CirculationParameters &parameters)

@@ -16,6 +16,7 @@ cavity::CirculationParameters read_parameters(bus::Participant &participant, con
   cavity::CirculationParameters circulation;
   circulation.atrial_pressure = blood.valves.mitral_pressure;
   circulation.aortic_resistance = blood.aortic_resistance;
+  circulation.density = blood.density;
   circulation.arterial_pressure = blood.valves.aortic_pressure;
   const auto quantity = [&](const std::string &key, const std::string &unit, double &value) {
     try {
@@ -29,6 +30,8 @@ cavity::CirculationParameters read_parameters(bus::Participant &participant, con
   quantity("mitral_resistance", "kg/(s m^4)", circulation.mitral_resistance);
   quantity("compliance", "m^3/Pa", circulation.arteries.compliance);
   quantity("peripheral_resistance", "kg/(s m^4)", circulation.arteries.peripheral_resistance);
+  quantity("mitral_area", "m^2", circulation.mitral_area);
+  quantity("aortic_area", "m^2", circulation.aortic_area);
   quantity("venous_pressure", "Pa", circulation.arteries.venous_pressure);
   if (circulation.arteries.compliance > 0 && !(circulation.arteries.peripheral_resistance > 0))
     throw Failure(ExitCode::scene,

@@ -20,8 +20,9 @@ std::vector<AppContext> launch(const Options &options, const SceneParameters &sc
 /// The same as arguments of mpirun, quoted for a shell.
 std::string launch_line(const std::vector<AppContext> &contexts);
 
-/// The same for a launcher, which needs no quotes: keys and values, each ended by a zero byte, into an open file. folder,
-/// deadline [s], memory (an estimate for all ranks [byte]), then for each program participant, ranks and its words.
+/// The same for a launcher, which needs no quotes: keys and values, each ended by a zero byte, into an open file.
+/// folder, deadline [s], memory (an estimate for all ranks [byte]), then for each program participant, ranks and its
+/// words.
 void hand_over(int file, const std::vector<AppContext> &contexts, const Options &options, const SceneParameters &scene);
 
 /// The name by which a program introduces itself: the file name of its executable.

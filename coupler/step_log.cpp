@@ -57,7 +57,8 @@ void StepLog::show(const History &history, const bus::Step &step) {
   shown_pace_ = shown_pace_ > 0 ? 0.9 * shown_pace_ + 0.1 * pace : pace;
   const Parts parts = told(history, step, shown_pace_);
   std::printf("\t%.4f\t%s\t%s\t%s\t%s\t%s\t%s\n", double(step.number) / time_.n_steps(), parts.left.c_str(),
-              parts.when.c_str(), parts.phase.c_str(), parts.blood.c_str(), parts.pace.c_str(), parts.iterations.c_str());
+              parts.when.c_str(), parts.phase.c_str(), parts.blood.c_str(), parts.pace.c_str(),
+              parts.iterations.c_str());
   std::fflush(stdout);
   shown_ = Clock::now();
   shown_step_ = step.number;
@@ -66,7 +67,8 @@ void StepLog::show(const History &history, const bus::Step &step) {
 std::string StepLog::line(const History &history, const bus::Step &step, double seconds_per_step) const {
   const Parts parts = told(history, step, seconds_per_step);
   return parts.when + (parts.phase.empty() ? "" : fmt::format("  {:25}", parts.phase)) +
-         (parts.blood.empty() ? "" : "  " + parts.blood) + "  " + parts.iterations + "  " + parts.pace + "  " + parts.left;
+         (parts.blood.empty() ? "" : "  " + parts.blood) + "  " + parts.iterations + "  " + parts.pace + "  " +
+         parts.left;
 }
 
 StepLog::Parts StepLog::told(const History &history, const bus::Step &step, double seconds_per_step) const {

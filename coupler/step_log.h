@@ -12,9 +12,9 @@ namespace heartbus::coupler {
 /// A logger for the log alone, not for the terminal.
 std::shared_ptr<spdlog::logger> for_the_file(const spdlog::logger &logger);
 
-/// Where the run is: a line for each 10 ms of simulated time, of runs shorter than 100 ms for each. Under a launcher with a
-/// terminal (HEARTBUS_LIVE) these go to the log alone; the terminal gets, ten times a second, a line that begins with a tab, of
-/// the share of steps done and parts between tabs, which the launcher renews in place.
+/// Where the run is: a line for each 10 ms of simulated time, of runs shorter than 100 ms for each. Under a launcher
+/// with a terminal (HEARTBUS_LIVE) these go to the log alone; the terminal gets, ten times a second, a line that
+/// begins with a tab, of the share of steps done and parts between tabs, which the launcher renews in place.
 class StepLog {
  public:
   StepLog(std::shared_ptr<spdlog::logger> logger, const TimeControl &time, int last_step);

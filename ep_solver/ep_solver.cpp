@@ -1,6 +1,5 @@
 #include "ep_solver/ep_solver.h"
 
-#include "common/fem/output_mesh.h"
 #include "common/fem/owned_points.h"
 #include "common/io/state_file.h"
 
@@ -45,7 +44,7 @@ EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<
       cells_(*model_, integrator_, space.n_owned_nodes()),
       stimulus_(parameters.stimulus, space.points(), space.communicator()),
       problem_(space, D, parameters.tolerance, parameters.preconditioner), current_(space.make_vector(1)),
-      solved_(current_), is_fast_(space.n_owned_nodes()), calcium_(space.n_owned_nodes()) {
+      solved_(current_), is_fast_(space.n_owned_nodes()), calcium_(space.n_owned_nodes()), output_(space) {
   const CellState cell = model_->initial_state(parameters.initial_state);
   n_.v = space.make_vector(1);
   n_.v = cell.v;
@@ -60,15 +59,8 @@ EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<
   model_->get_calcium(space.n_owned_nodes(), n_.ionic, calcium_.data());
 }
 
-void EPSolver::write_fields(const std::string &folder, const OutputParameters &output) {
-  folder_ = folder;
-  output_ = output;
-  if (output_.every > 0)
-    writer_ = std::make_unique<io::FieldWriter>(space_.communicator(), folder, "ep", fem::output_mesh(space_));
-}
-
 void EPSolver::prepare_step(const bus::Step &step) {
-  if (writer_ && step.number == 1)
+  if (output_.writes_start(step))
     write(0);
 }
 
@@ -77,11 +69,7 @@ void EPSolver::declare(bus::Declaration &declaration) {
   declaration.output("calcium", "tissue", 1, "uM", "n+1", calcium_);
   declaration.scalar("ep_iterations", "1", [this] { return double(iterations_); });
   declaration.scalar("ep_substeps", "1", [this] { return double(substeps_); });
-  declaration.scalar(
-      "activation_time", "s", [this] { return last_activation(); }, bus::Combine::max);
-  const double n_nodes = dealii::Utilities::MPI::sum(double(space_.n_owned_nodes()), space_.communicator());
-  declaration.scalar(
-      "activated_share", "1", [this, n_nodes] { return n_activated() / n_nodes; }, bus::Combine::sum);
+  declare_activation(declaration, space_, n_.activation, now_);
 }
 
 void EPSolver::solve_step(const bus::Step &step) {
@@ -218,7 +206,7 @@ void EPSolver::commit_step(const bus::Step &step) {
   if (!ahead_)
     n_.swap(np1_);
   now_ = step.time - beat_begin_;
-  if (writer_ && output_.due(step.number, step.size))
+  if (output_.is_due(step))
     write(step.time);
 }
 
@@ -253,8 +241,7 @@ void EPSolver::save_state(const std::string &folder, const bus::Step &) {
 }
 
 void EPSolver::load_state(const std::string &folder, const bus::Step &step) {
-  if (writer_)
-    writer_->go_on_from(step.time);
+  output_.go_on_from(step.time);
   io::load_state(space_.communicator(), folder + "/ep.h5", [&](io::State &state) { visit(state); });
   np1_ = n_;
   beat_begin_ = period_ * std::floor(step.time / period_ - 1e-9);
@@ -262,36 +249,13 @@ void EPSolver::load_state(const std::string &folder, const bus::Step &step) {
   set_calcium(n_, step.time);
 }
 
-void EPSolver::finish() {
-  if (folder_.empty())
-    return;
-  io::FieldWriter map(space_.communicator(), folder_, "activation", fem::output_mesh(space_));
-  map.begin(0);
-  map.nodal("activation_time", 1, n_.activation.data());
-  map.nodal("repolarisation_time", 1, n_.repolarisation.data());
-  map.end();
-}
+void EPSolver::finish() { output_.write_maps(n_.activation.data(), n_.repolarisation.data()); }
 
 void EPSolver::write(double time) {
   const double share = n_.share(time); // below 1 in a step without substeps only, which began with v_before
   solved_ = n_.v_before;
   solved_.sadd(1 - share, share, n_.v);
-  writer_->begin(time);
-  writer_->nodal("potential", 1, solved_.begin());
-  writer_->nodal("calcium", 1, calcium_.data());
-  writer_->end();
-}
-
-double EPSolver::n_activated() const {
-  return std::count_if(n_.activation.begin(), n_.activation.end(), [this](double time) { return time <= now_; });
-}
-
-double EPSolver::last_activation() const {
-  constexpr double never = std::numeric_limits<double>::infinity();
-  double latest = 0;
-  for (const double time : n_.activation)
-    latest = std::max(latest, time <= now_ ? time : never);
-  return latest == never ? std::numeric_limits<double>::quiet_NaN() : latest;
+  output_.write(time, solved_.begin(), calcium_.data());
 }
 
 } // namespace heartbus::ep

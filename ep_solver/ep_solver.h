@@ -1,10 +1,8 @@
 #pragma once
 
-#include "common/bus/solver.h"
-#include "common/io/field_writer.h"
 #include "common/io/state.h"
-#include "common/settings/output.h"
 #include "ep_solver/cells.h"
+#include "ep_solver/ep_output.h"
 #include "ep_solver/monodomain_problem.h"
 #include "ep_solver/stimulus.h"
 #include "ep_solver/substeps.h"
@@ -24,8 +22,7 @@ class EPSolver : public bus::Solver {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
   EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, const Parameters &parameters);
-  /// Writes potential and calcium when they are due, the maps of activation and repolarisation in the end.
-  void write_fields(const std::string &folder, const OutputParameters &output);
+  void write_fields(const std::string &folder, const OutputParameters &output) { output_.write_to(folder, output); }
 
   void declare(bus::Declaration &declaration) override;
   void prepare_step(const bus::Step &step) override;
@@ -41,8 +38,7 @@ class EPSolver : public bus::Solver {
   /// Since the beat's beginning [s], owned nodes; NaN: not yet.
   const std::vector<double> &activation_times() const { return n_.activation; }
   /// The latest activation of this rank's nodes in this beat [s]; NaN until all of them are active.
-  double last_activation() const;
-  double n_activated() const;                         ///< of this rank's nodes, in this beat
+  double last_activation() const { return ep::last_activation(n_.activation, now_); }
   unsigned iterations() const { return iterations_; } ///< of the linear solver in the last step, all substeps
   /// Of the last step; 0: it lies within one that was computed before.
   unsigned substeps() const { return substeps_; }
@@ -92,9 +88,7 @@ class EPSolver : public bus::Solver {
   std::vector<char> is_fast_;    ///< [node]
   std::vector<double> calcium_;
   unsigned iterations_ = 0, substeps_ = 0;
-  OutputParameters output_;
-  std::string folder_;
-  std::unique_ptr<io::FieldWriter> writer_;
+  EPOutput output_;
 };
 
 } // namespace heartbus::ep

@@ -3,6 +3,8 @@
 #include "common/fem/runtime.h"
 #include "common/geometry/mesh_tools.h"
 #include "common/geometry/shapes.h"
+#include "ep_solver/activation_solver.h"
+#include "ep_solver/activation_times.h"
 #include "ep_solver/conductivity.h"
 #include "ep_solver/ep_solver.h"
 #include "scene/scene.h"
@@ -19,8 +21,13 @@ int main(int argc, char **argv) {
     const double edge = dealii::Utilities::MPI::broadcast(communicator, geometry::longest_edge(wall));
     const fem::LagrangeSpace space(communicator, wall, scene.ep.refinements_of(edge), scene.ep.degree);
     const fem::Fibres fibres(space, scene.fibres);
-    ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
-    solver.write_fields(participant.output_folder() + "/fields", scene.output);
-    participant.serve(solver);
+    const auto serve = [&](auto &&solver) {
+      solver.write_fields(participant.output_folder() + "/fields", scene.output);
+      participant.serve(solver);
+    };
+    if (scene.ep.model == "monodomain")
+      return serve(ep::EPSolver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep));
+    const auto cell = ep::make_ionic_model(scene.ep.ionic_model);
+    serve(ep::ActivationSolver(space, ep::activation_times(space, fibres, *cell, scene.ep), *cell, scene.ep));
   });
 }

@@ -17,7 +17,7 @@ constexpr double what_rounding_allows = 1e-6;
 
 MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
                                      double tolerance, const std::string &preconditioner)
-    : M_(space, 1), K_(space, 1), A_(space, 1), wv_(2 * std::size_t(space.n_local_nodes())),
+    : M_(space, 1), K_(M_.pattern(), 1), A_(M_.pattern(), 1), wv_(2 * std::size_t(space.n_local_nodes())),
       weights_(space.make_vector(1)), tolerance_(tolerance), preconditioner_kind_(preconditioner), rate_(weights_),
       residual_(weights_), increment_(weights_) {
   const unsigned n = space.nodes_per_cell(), n_q = space.n_q();
@@ -28,9 +28,10 @@ MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std:
     M_.add_batch(batch, M.data());
     K_.add_batch(batch, K.data());
   }
-  entries_.reserve(2 * std::size_t(M_.row_begin()[M_.n_rows()]));
-  for (int row = 0; row < M_.n_rows(); ++row)
-    for (int k = M_.row_begin()[row]; k < M_.row_begin()[row + 1]; ++k) {
+  const fem::BlockPattern &pattern = *M_.pattern();
+  entries_.reserve(2 * M_.n_entries());
+  for (int row = 0; row < pattern.n_rows(); ++row)
+    for (int k = pattern.begin()[row]; k < pattern.begin()[row + 1]; ++k) {
       entries_.insert(entries_.end(), {float(M_.values()[k]), float(-K_.values()[k])});
       weights_.local_element(row) += M_.values()[k];
     }
@@ -46,8 +47,7 @@ void MonodomainProblem::set_step(double dt) {
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   A_.copy_scaled(1 / dt, M_);
   A_.add_scaled(1, K_);
-  operators_.push_back(
-      {dt, std::make_unique<fem::RoundedMatrix>(A_), fem::make_preconditioner(preconditioner_kind_, A_)});
+  operators_.push_back({dt, fem::BlockMatrix<float>(A_), fem::make_preconditioner(preconditioner_kind_, A_)});
 }
 
 fem::LinearStatistics MonodomainProblem::solve(const fem::Vector &v_n, const fem::Vector &I, fem::Vector &v) {
@@ -84,7 +84,8 @@ void MonodomainProblem::find_residual(const fem::Vector &v) {
     wv_[2 * node] = rate_.begin()[node] - v.begin()[node] / dt_;
     wv_[2 * node + 1] = v.begin()[node];
   }
-  subtract_flux(M_.n_rows(), M_.row_begin(), M_.column_nodes(), entries_.data(), wv_.data(), residual_.begin());
+  const fem::BlockPattern &pattern = *M_.pattern();
+  subtract_flux(pattern.n_rows(), pattern.begin(), pattern.columns(), entries_.data(), wv_.data(), residual_.begin());
 }
 
 fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reduction) {
@@ -92,7 +93,7 @@ fem::LinearStatistics MonodomainProblem::correct(fem::Vector &v, double reductio
   increment_ = 0;
   const Operator &A = operators_[current_];
   const auto statistics = fem::solve_linear(
-      "monodomain equation", [&A](fem::Vector &y, const fem::Vector &x) { A.matrix->vmult(y, x); }, increment_,
+      "monodomain equation", [&A](fem::Vector &y, const fem::Vector &x) { A.matrix.vmult(y, x); }, increment_,
       residual_, *A.preconditioner, reduction);
   v += increment_;
   return statistics;

@@ -2,7 +2,6 @@
 
 #include "common/base/stopwatch.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
 #include "ep_solver/monodomain_kernel.h"
 
 namespace heartbus::ep {
@@ -36,14 +35,14 @@ class MonodomainProblem {
   /// M/dt + K for iterations, and its preconditioner.
   struct Operator {
     double dt;
-    std::unique_ptr<fem::RoundedMatrix> matrix;
+    fem::BlockMatrix<float> matrix;
     std::unique_ptr<fem::Preconditioner> preconditioner;
   };
 
-  fem::NodalMatrix M_, K_, A_; ///< A = M/dt + K of the last step that was new
-  std::vector<float> entries_; ///< of M and -K, side by side
-  std::vector<double> wv_;     ///< rate - v/dt and v of each node, side by side
-  fem::Vector weights_;        ///< of the nodes: the integrals of their shape functions
+  fem::BlockMatrix<double> M_, K_, A_; ///< A = M/dt + K of the last step that was new
+  std::vector<float> entries_;         ///< of M and -K, side by side
+  std::vector<double> wv_;             ///< rate - v/dt and v of each node, side by side
+  fem::Vector weights_;                ///< of the nodes: the integrals of their shape functions
   double tolerance_, dt_ = 0;
   std::string preconditioner_kind_;
   std::vector<Operator> operators_;

@@ -32,13 +32,36 @@ std::string in_mm(double length) {
   return text;
 }
 
-void check_reach(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points,
-                 MPI_Comm communicator) {
-  for (std::size_t k = 0; k < parameters.sites.size(); ++k) {
-    const StimulusSite &site = parameters.sites[k];
-    double local[2] = {0, -std::numeric_limits<double>::infinity()}, all[2]; // largest weight, - smallest distance
+constexpr double half_way = 0.9; // of a ball's radius, where the weight is a half
+
+} // namespace
+
+geometry::Point3 nearest_in(const StimulusSite &site, const geometry::Point3 &x) {
+  geometry::Point3 nearest = x;
+  const double r = distance(x, site.centre), radius = half_way * site.radius;
+  for (unsigned i = 0; i < 3; ++i) {
+    const double c = site.centre[i];
+    if (site.shape == "cube")
+      nearest[i] = std::clamp(x[i], c - site.radius, c + site.radius);
+    else if (r > radius)
+      nearest[i] = c + radius / r * (x[i] - c);
+  }
+  return nearest;
+}
+
+bool is_in(const StimulusSite &site, const geometry::Point3 &x) {
+  const geometry::Point3 nearest = nearest_in(site, x);
+  return distance(x, {nearest.begin(), nearest.end()}) <= 1e-9 * site.radius;
+}
+
+void check_reach(const std::vector<StimulusSite> &sites, const std::vector<geometry::Point3> &points,
+                 MPI_Comm communicator,
+                 const std::function<bool(const StimulusSite &, const geometry::Point3 &)> &reaches) {
+  for (std::size_t k = 0; k < sites.size(); ++k) {
+    const StimulusSite &site = sites[k];
+    double local[2] = {0, -std::numeric_limits<double>::infinity()}, all[2]; // whether reached, - smallest distance
     for (const auto &x : points) {
-      local[0] = std::max(local[0], weight(site, x));
+      local[0] = std::max(local[0], double(reaches(site, x)));
       local[1] = std::max(local[1], -distance(x, site.centre));
     }
     MPI_Allreduce(local, all, 2, MPI_DOUBLE, MPI_MAX, communicator);
@@ -52,12 +75,11 @@ void check_reach(const StimulusParameters &parameters, const std::vector<geometr
   }
 }
 
-} // namespace
-
 Stimulus::Stimulus(const StimulusParameters &parameters, const std::vector<geometry::Point3> &points,
                    MPI_Comm communicator)
     : amplitude_(parameters.amplitude), duration_(parameters.duration), period_(parameters.period) {
-  check_reach(parameters, points, communicator);
+  check_reach(parameters.sites, points, communicator,
+              [](const StimulusSite &site, const geometry::Point3 &x) { return weight(site, x) > 0; });
   for (const auto &x : points) {
     weights_.push_back(0);
     for (const auto &site : parameters.sites)

@@ -11,8 +11,8 @@ constexpr double shortest = 5e-6; // [s]: nothing in a cell is faster
 constexpr double longest = 8e-4;  // [s]: calcium is right to two thousandths
 constexpr double far_below =
     1. / 10; // twice the substep gives four times the estimate; the rest is distance from the limit
-constexpr double a_step_away = 1. / 30; // from needing substeps: a smaller share makes more cells fast for nothing, with
-                                        // a larger one many steps are computed again
+constexpr double a_step_away = 1. / 30; // from needing substeps: a smaller share makes more cells fast for nothing,
+                                        // with a larger one many steps are computed again
 constexpr double round_off = 1e-9;      // of times
 
 } // namespace

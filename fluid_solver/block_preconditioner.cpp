@@ -29,8 +29,8 @@ struct Row {
 } // namespace
 
 struct Simplec::Blocks {
-  explicit Blocks(const fem::NodalMatrix &A);
-  void split(const fem::NodalMatrix &A);
+  explicit Blocks(const fem::BlockMatrix<double> &A);
+  void split(const fem::BlockMatrix<double> &A);
   void form_schur_complement();
   void solve_momentum(const Epetra_Vector &r, Epetra_Vector &u) const;
   void solve_schur(const Epetra_Vector &r, Epetra_Vector &p) const;
@@ -42,7 +42,7 @@ struct Simplec::Blocks {
   dealii::TrilinosWrappers::PreconditionAMG schur_amg;
 };
 
-Simplec::Blocks::Blocks(const fem::NodalMatrix &A)
+Simplec::Blocks::Blocks(const fem::BlockMatrix<double> &A)
     : communicator(A.space().communicator()), velocity(-1, int(3 * A.space().n_owned_nodes()), 0, communicator),
       pressure(-1, int(A.space().n_owned_nodes()), 0, communicator), F(Copy, velocity, 0), G(Copy, velocity, 0),
       B(Copy, pressure, 0), C(Copy, pressure, 0), S(Copy, pressure, 0), inverse_D(velocity) {
@@ -50,21 +50,21 @@ Simplec::Blocks::Blocks(const fem::NodalMatrix &A)
   form_schur_complement();
 }
 
-void Simplec::Blocks::split(const fem::NodalMatrix &A) {
-  const Epetra_Map &columns = A.trilinos().trilinos_matrix().ColMap();
+void Simplec::Blocks::split(const fem::BlockMatrix<double> &A) {
+  const fem::BlockPattern &pattern = *A.pattern();
   const int first = int(A.space().first_owned_node());
   Row to_velocity, to_pressure;
-  for (int row = 0; row < A.n_rows(); ++row) {
+  for (int row = 0; row < 4 * pattern.n_rows(); ++row) {
     const int node = first + row / 4, i = row % 4;
     double sum = 0;
-    for (int k = A.row_begin()[row]; k < A.row_begin()[row + 1]; ++k) {
-      const int column = columns.GID(A.columns()[k]);
-      if (column % 4 == 3)
-        to_pressure.add(column / 4, A.values()[k]);
-      else {
-        to_velocity.add(column / 4 * 3 + column % 4, A.values()[k]);
-        sum += std::abs(A.values()[k]);
+    for (int block = pattern.begin()[row / 4]; block < pattern.begin()[row / 4 + 1]; ++block) {
+      const int column = int(A.space().global_node(pattern.columns()[block]));
+      const double *values = A.values() + 16 * std::size_t(block) + i;
+      for (int j = 0; j < 3; ++j) {
+        to_velocity.add(3 * column + j, values[4 * j]);
+        sum += std::abs(values[4 * j]);
       }
+      to_pressure.add(column, values[12]);
     }
     to_velocity.insert(i < 3 ? F : B, i < 3 ? 3 * node + i : node);
     to_pressure.insert(i < 3 ? G : C, i < 3 ? 3 * node + i : node);
@@ -88,8 +88,8 @@ void Simplec::Blocks::form_schur_complement() {
   schur_amg.initialize(S, data);
 }
 
-/// Chebyshev's iteration on D^-1 F (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1), whose spectrum the
-/// row sums bound by one from above; what lies below the interval is damped less, but does not grow.
+/// Chebyshev's iteration on D^-1 F (Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1), whose
+/// spectrum the row sums bound by one from above; what lies below the interval is damped less, but does not grow.
 void Simplec::Blocks::solve_momentum(const Epetra_Vector &r, Epetra_Vector &u) const {
   const double low = 0.08, high = 1, centre = (high + low) / 2, radius = (high - low) / 2;
   const int steps = 4;
@@ -111,13 +111,14 @@ void Simplec::Blocks::solve_schur(const Epetra_Vector &r, Epetra_Vector &p) cons
   schur_amg.trilinos_operator().ApplyInverse(r, p);
 }
 
-Simplec::Simplec(const fem::NodalMatrix &matrix) : blocks_(std::make_unique<Blocks>(matrix)) {}
+Simplec::Simplec(const fem::BlockMatrix<double> &matrix) : blocks_(std::make_unique<Blocks>(matrix)) {}
 
 Simplec::~Simplec() = default;
 
 void Simplec::vmult(fem::Vector &y, const fem::Vector &x) const {
   const Blocks &b = *blocks_;
-  Epetra_Vector r_u(b.velocity), r_p(b.pressure), u(b.velocity), p(b.pressure), change(b.velocity), divergence(b.pressure);
+  Epetra_Vector r_u(b.velocity), r_p(b.pressure), u(b.velocity), p(b.pressure), change(b.velocity),
+      divergence(b.pressure);
   const int n_nodes = r_p.MyLength();
   for (int node = 0; node < n_nodes; ++node) {
     for (int i = 0; i < 3; ++i)

@@ -214,7 +214,8 @@ void FluidSolver::refuse_runaway_inflow(const bus::Step &step, const Orifice &or
                               explanation(orifice.label, inflow, inflow_watch_.push(), parameters_.backflow)));
 }
 
-/// Cheaply in nearly all steps: what the mean velocity brings, which costs no sum over the ranks, decides whether to look.
+/// Cheaply in nearly all steps: what the mean velocity brings, which costs no sum over the ranks, decides whether to
+/// look.
 void FluidSolver::watch_inflow(const bus::Step &step) {
   const Orifice *entry = mitral_ ? mitral_ : inlet_;
   if (!entry)

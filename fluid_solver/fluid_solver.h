@@ -48,7 +48,8 @@ class FluidSolver : public bus::Solver {
   void start();
   void declare_tasks(bus::Declaration &declaration); ///< of the Robin condition
   /// The velocity with which blood at rest yields to a force on the wall, u = -F^{-1} L: a_f(u, p; w) = -L(w) without
-  /// Robin term and other loads, in the cavity as it is, valves included. Which F: common/interface/nodal/alpha_limit.h.
+  /// Robin term and other loads, in the cavity as it is, valves included. Which F:
+  /// common/interface/nodal/alpha_limit.h.
   void begin_probe();
   void probe();
   bool isovolumetric() const;

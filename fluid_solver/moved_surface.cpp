@@ -12,12 +12,10 @@ void MovedSurface::move(const fem::Vector &motion) {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned q = 0; q < faces_.n_q; ++q) {
       const std::size_t point = f * faces_.n_q + q;
-      fem::Mat3<double> F = fem::identity<double>();
-      for (unsigned a = 0; a < n; ++a)
-        for (unsigned i = 0; i < 3; ++i)
-          for (unsigned j = 0; j < 3; ++j)
-            F[i][j] += motion.begin()[3 * space_.cell_nodes(faces_.slots[f])[a] + i] *
-                       faces_.gradients[(point * n + a) * 3 + j];
+      const auto d = [&](unsigned a, unsigned i) {
+        return motion.begin()[3 * space_.cell_nodes(faces_.slots[f])[a] + i];
+      };
+      const fem::Mat3<double> F = fem::deformation_gradient(n, d, &faces_.gradients[point * n * 3]);
       const double *N = &faces_.normals[3 * point], w = faces_.JxW[point];
       area_vectors_[point] = fem::cofactor(F) * fem::Vec3<double>{w * N[0], w * N[1], w * N[2]};
     }
@@ -97,7 +95,7 @@ std::vector<double> MovedSurface::masses(const std::vector<double> &weights) con
   return masses;
 }
 
-void MovedSurface::add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const {
+void MovedSurface::add_mass(const std::vector<double> &masses, fem::BlockMatrix<float> &A) const {
   const unsigned n = faces_.nodes_per_face;
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned k = 0; k < n; ++k)

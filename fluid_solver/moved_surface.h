@@ -2,7 +2,7 @@
 
 #include "common/fem/constraints.h"
 #include "common/fem/lagrange_space.h"
-#include "common/linear_algebra/rounded_matrix.h"
+#include "common/linear_algebra/block_matrix.h"
 
 #include <array>
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace heartbus::fluid {
 
-/// The faces of a boundary label on the moved mesh, by Nanson's formula n da = J F^{-T} N dA at the quadrature points of
-/// the faces at rest. Vectors hold four components a node, of which the first three are a velocity or a force.
+/// The faces of a boundary label on the moved mesh, by Nanson's formula n da = J F^{-T} N dA at the quadrature points
+/// of the faces at rest. Vectors hold four components a node, of which the first three are a velocity or a force.
 class MovedSurface {
  public:
   MovedSurface(const fem::LagrangeSpace &space, const std::string &label);
@@ -28,8 +28,8 @@ class MovedSurface {
 
   /// c.u = int u.n for every u: the entries of this rank's nodes.
   fem::Vector flux_functional() const;
-  /// c.x = int p |n da| over the area, the mean pressure of a state x [unit of p]: the entries of this rank's nodes; `area`
-  /// as the sum of `areas` over all ranks.
+  /// c.x = int p |n da| over the area, the mean pressure of a state x [unit of p]: the entries of this rank's nodes;
+  /// `area` as the sum of `areas` over all ranks.
   fem::Vector pressure_functional(double area) const;
   /// The sum of weights [f][q] over the cells of this rank.
   double owned_sum(const std::vector<double> &weights) const;
@@ -37,7 +37,7 @@ class MovedSurface {
   /// and `fluxes` return it.
   std::vector<double> masses(const std::vector<double> &weights) const;
   /// A += int w u.v
-  void add_mass(const std::vector<double> &masses, fem::RoundedMatrix &A) const;
+  void add_mass(const std::vector<double> &masses, fem::BlockMatrix<float> &A) const;
   /// y += the same form times x (ghosts of x valid), on this rank's nodes.
   void apply_mass(const std::vector<double> &masses, const fem::Vector &x, fem::Vector &y) const;
 

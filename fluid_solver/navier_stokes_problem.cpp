@@ -57,9 +57,8 @@ void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *value
 NavierStokesProblem::NavierStokesProblem(const fem::LagrangeSpace &space, const Parameters &parameters, double alpha,
                                          double dt)
     : boundary_values(space.make_vector(4)), space_(space), parameters_(parameters), dt_(dt), robin_(space, alpha),
-      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), pattern_(space, 4), A_(pattern_),
-      x_nm2_(space.make_vector(4)), x_nm1_(x_nm2_), x_n_(x_nm1_), x_(x_nm1_), d_n_(space.make_vector(3)), d_np1_(d_n_),
-      guess_(x_nm1_), increment_(x_nm1_), residual_(x_nm1_), guess_load_(x_nm1_), force_(x_nm1_) {
+      unit_nodes_(unit_cell_nodes(space.nodes_per_cell())), A_(space, 4), past_(3, space.make_vector(4)), x_(past_[0]),
+      d_n_(space.make_vector(3)), d_np1_(d_n_), guess_(x_), increment_(x_), residual_(x_), guess_load_(x_), force_(x_) {
   const double h = space.smallest_cell_size();
   pressure_scale_ = parameters.density * h / dt + parameters.viscosity / h;
   if (space.has_label("interface"))
@@ -73,10 +72,10 @@ Orifice &NavierStokesProblem::add_orifice(const std::string &label, double press
 
 void NavierStokesProblem::start(const Vector &motion) {
   d_n_ = motion;
-  x_n_ = 0;
+  past_[0] = 0;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
-    x_n_.local_element(4 * node + 3) = parameters_.initial_pressure / pressure_scale_;
-  x_nm1_ = x_nm2_ = x_n_;
+    past_[0].local_element(4 * node + 3) = parameters_.initial_pressure / pressure_scale_;
+  past_.forget();
   resume();
   history_is_new_ = true;
 }
@@ -86,8 +85,8 @@ void NavierStokesProblem::resume() {
   d_n_.update_ghost_values();
   d_np1_ = d_n_;
   d_np1_.update_ghost_values();
-  x_n_.update_ghost_values();
-  x_ = x_n_;
+  past_[0].update_ghost_values();
+  x_ = past_[0];
   x_.update_ghost_values();
   update_averages();
 }
@@ -95,18 +94,18 @@ void NavierStokesProblem::resume() {
 void NavierStokesProblem::visit(io::State &state) {
   update_constraints(); // those of now, so that a valve that switches next is seen to do so
   state.field("motion", 3, d_n_.begin());
-  state.field("velocity_and_pressure", 4, x_n_.begin());
-  state.field("velocity_and_pressure_before", 4, x_nm1_.begin());
-  state.field("velocity_and_pressure_before_that", 4, x_nm2_.begin());
+  state.field("velocity_and_pressure", 4, past_[0].begin());
+  state.field("velocity_and_pressure_before", 4, past_[1].begin());
+  state.field("velocity_and_pressure_before_that", 4, past_[2].begin());
   double scale = pressure_scale_; // kept with the scaled values: dividing and multiplying would cost a bit
   state.number("pressure_scale", scale);
   for (unsigned node = 0; node < space_.n_owned_nodes() && scale != pressure_scale_; ++node)
-    for (Vector *x : {&x_n_, &x_nm1_, &x_nm2_})
-      x->local_element(4 * node + 3) *= scale / pressure_scale_;
+    for (unsigned age = 0; age < 3; ++age)
+      past_[age].local_element(4 * node + 3) *= scale / pressure_scale_;
 }
 
 void NavierStokesProblem::forget_preconditioner() {
-  preconditioner_.reset();
+  preconditioner_age_.forget();
   iterate_moves_.forget();
 }
 
@@ -174,19 +173,16 @@ void NavierStokesProblem::update_constraints() {
   for (const auto &orifice : orifices_)
     if (!orifice->open)
       fem::fix_vector(space_, 4, orifice->label, constrained_);
-  pattern_.set_constraints(constrained_);
-  preconditioner_.reset();
-  fem::copy_owned(x_n_, x_nm1_); // no extrapolation over the switch of a valve
-  fem::copy_owned(x_n_, x_nm2_);
+  A_.set_constraints(constrained_);
+  preconditioner_age_.forget();
+  past_.forget(); // no extrapolation over the switch of a valve
   iterate_moves_.forget();
   history_is_new_ = true;
 }
 
 /// The parabola through the last three states: half as many iterations as from the line through two.
 void NavierStokesProblem::set_guess() {
-  fem::copy_owned(x_n_, guess_);
-  guess_.sadd(3., -3., x_nm1_);
-  guess_ += x_nm2_;
+  past_.extrapolate(guess_);
   for (unsigned k = 0; k < guess_.locally_owned_size(); ++k)
     if (constrained_[k])
       guess_.local_element(k) = boundary_values.local_element(k);
@@ -217,7 +213,7 @@ void NavierStokesProblem::visit_batches(const Vector &state, const Action &actio
     cells.JxW = space_.JxW(batch);
     gather(space_, batch, d_np1_, 3, 3, d.data());
     gather(space_, batch, d_n_, 3, 3, d_old.data());
-    gather(space_, batch, x_n_, 4, 3, u_old.data());
+    gather(space_, batch, past_[0], 4, 3, u_old.data());
     gather(space_, batch, state, 4, 4, x.data());
     for (unsigned k = 0; k < 3 * n; ++k) // u* = u^n - u_ALE^{n+1}
       convection[k] = u_old[k] - (d[k] - d_old[k]) / dt_;
@@ -235,7 +231,7 @@ void NavierStokesProblem::visit_batches(const Vector &state, const Action &actio
   }
 }
 
-void NavierStokesProblem::integrate_cells(const Vector &state, fem::RoundedMatrix *A, Vector &residual) const {
+void NavierStokesProblem::integrate_cells(const Vector &state, fem::BlockMatrix<float> *A, Vector &residual) const {
   const unsigned n = space_.nodes_per_cell();
   std::vector<Lanes> K(16 * n * n), r(4 * n);
   double smallest_J = std::numeric_limits<double>::max();
@@ -277,25 +273,23 @@ void NavierStokesProblem::add_surface_terms() {
   }
   for (const auto &orifice : orifices_) {
     orifice->move(d_np1_);
-    orifice->add_terms(x_n_, guess_, parameters_.backflow * parameters_.density, constrained_, A_, residual_);
+    orifice->add_terms(past_[0], guess_, parameters_.backflow * parameters_.density, constrained_, A_, residual_);
   }
 }
 
 void NavierStokesProblem::refresh_preconditioner() {
-  // Meshes and velocities change little from step to step: a preconditioner serves until it shows its age.
-  if (preconditioner_ && last_iterations_ <= fresh_iterations_ + fresh_iterations_ / 2 + 2)
+  if (!preconditioner_age_.is_due())
     return;
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   if (parameters_.preconditioner == "ilu")
     preconditioner_ = std::make_unique<fem::BlockILU>(A_);
-  else {
-    A_.copy_to(pattern_);
-    preconditioner_ = make_preconditioner(pattern_);
-  }
-  fresh_iterations_ = 0;
+  else
+    preconditioner_ = make_preconditioner(fem::BlockMatrix<double>(A_));
+  preconditioner_age_.renew();
 }
 
-std::unique_ptr<fem::Preconditioner> NavierStokesProblem::make_preconditioner(const fem::NodalMatrix &matrix) const {
+std::unique_ptr<fem::Preconditioner>
+NavierStokesProblem::make_preconditioner(const fem::BlockMatrix<double> &matrix) const {
   if (parameters_.preconditioner == "simplec")
     return std::make_unique<Simplec>(matrix);
   return fem::make_preconditioner("ilu", matrix);
@@ -340,10 +334,7 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
         "Navier-Stokes", [this](Vector &y, const Vector &x) { apply(y, x); }, increment_, b, *preconditioner_,
         tolerance);
   }
-  last_iterations_ = statistics.iterations;
-  if (iteration == 0 && fresh_iterations_ == 0)
-    fresh_iterations_ = last_iterations_;
-
+  preconditioner_age_.note(statistics.iterations);
   iterate_moves_.record(iteration, increment_);
 
   fem::copy_owned(guess_, x_);
@@ -375,15 +366,10 @@ void NavierStokesProblem::accept(const Vector &x, const Vector &blood_force) {
 
 void NavierStokesProblem::commit() {
   robin_.commit();
-  fem::copy_owned(x_nm1_, x_nm2_);
-  fem::copy_owned(x_n_, x_nm1_);
-  fem::copy_owned(x_, x_n_);
-  if (history_is_new_) { // two states only: the parabola becomes the line through them
-    x_nm2_.equ(2., x_nm1_);
-    x_nm2_ -= x_n_;
-    history_is_new_ = false;
-  }
-  x_n_.update_ghost_values();
+  past_.push(x_);
+  if (std::exchange(history_is_new_, false)) // two states only: the parabola becomes the line through them
+    past_.straighten();
+  past_[0].update_ghost_values();
   fem::copy_owned(d_np1_, d_n_);
   d_n_.update_ghost_values();
   iterate_moves_.commit();

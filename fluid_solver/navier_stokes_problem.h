@@ -2,10 +2,11 @@
 
 #include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
+#include "common/fem/time_history.h"
 #include "common/interface/nodal/robin_condition.h"
 #include "common/io/state.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
+#include "common/linear_algebra/preconditioner_age.h"
 #include "common/nonlinear/iterate_moves.h"
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
@@ -79,7 +80,7 @@ class NavierStokesProblem {
   double pressure_scale() const { return pressure_scale_; }
   const fem::LagrangeSpace &space() const { return space_; }
   bus::Stopwatch stopwatch;
-  void copy_matrix(fem::NodalMatrix &matrix) const { A_.copy_to(matrix); } ///< of the same space
+  const fem::BlockMatrix<float> &matrix() const { return A_; } ///< of the prepared step
   const fem::Constraints &constraints() const { return constrained_; }
 
   // For those who solve more than the fluid: the step is a linear system A (x - guess) = -residual(guess) in between.
@@ -90,7 +91,7 @@ class NavierStokesProblem {
   /// y = A x, with the resistances of open orifices.
   void apply(fem::Vector &y, const fem::Vector &x) const;
   /// Of the kind the parameters ask for.
-  std::unique_ptr<fem::Preconditioner> make_preconditioner(const fem::NodalMatrix &matrix) const;
+  std::unique_ptr<fem::Preconditioner> make_preconditioner(const fem::BlockMatrix<double> &matrix) const;
   /// Takes a state that somebody else has found, with the force on the wall.
   void accept(const fem::Vector &x, const fem::Vector &blood_force);
 
@@ -109,7 +110,7 @@ class NavierStokesProblem {
   /// points of the moved mesh. Both count from the next `prepare`.
   fem::Vector boundary_values;
   std::function<geometry::Point3(const geometry::Point3 &)> body_force;
-  fem::Vector &old_state() { return x_n_; }
+  fem::Vector &old_state() { return past_[0]; }
 
  private:
   void move(const fem::Vector &motion);
@@ -118,7 +119,7 @@ class NavierStokesProblem {
   void update_constraints();
   void set_guess();
   void assemble();
-  void integrate_cells(const fem::Vector &state, fem::RoundedMatrix *A, fem::Vector &residual) const;
+  void integrate_cells(const fem::Vector &state, fem::BlockMatrix<float> *A, fem::Vector &residual) const;
   void add_surface_terms();
   void refresh_preconditioner();
   interface::RobinCondition::Surface robin_surface() const;
@@ -140,13 +141,13 @@ class NavierStokesProblem {
   std::vector<bool> orifices_open_;                 ///< for which the constraints stand
   fem::Constraints constrained_, held_by_the_wall_; ///< empty on a rank without nodes
   bool constraints_are_known_ = false, follows_motion_ = false;
-  fem::NodalMatrix pattern_; ///< of A, and A itself for making preconditioners
-  fem::RoundedMatrix A_;
+  fem::BlockMatrix<float> A_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
-  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< right after the preconditioner was made, and lately
+  fem::PreconditionerAge preconditioner_age_{2};
 
-  fem::Vector x_nm2_, x_nm1_, x_n_, x_;          // states
-  bool history_is_new_ = true;                   // since the last commit: there is no x_nm2_ yet
+  fem::TimeHistory past_;                        // states at t^n, t^{n-1}, t^{n-2}
+  fem::Vector x_;                                // the new state
+  bool history_is_new_ = true;                   // since the last commit: there is no third state yet
   fem::Vector d_n_, d_np1_;                      // motions of the mesh
   fem::Vector guess_, increment_;                // x = guess + increment
   fem::IterateMoves<fem::Vector> iterate_moves_; // of the increment

@@ -19,7 +19,7 @@ void Orifice::move(const Vector &motion) {
 }
 
 void Orifice::add_terms(const Vector &old_state, const Vector &guess, double beta_rho,
-                        const fem::Constraints &constrained, fem::RoundedMatrix &A, Vector &residual) {
+                        const fem::Constraints &constrained, fem::BlockMatrix<float> &A, Vector &residual) {
   if (!open)
     return;
   std::vector<double> backflow = surface.fluxes(old_state);

@@ -18,7 +18,7 @@ struct Orifice {
   /// clears the flux where blood is held. `beta_rho`: beta times the density, of the term for blood that comes in,
   /// -beta rho/2 min(u^n.n, 0) u.w (doi:10.1007/s00466-011-0599-0, Moghadam). Ghosts of both states valid.
   void add_terms(const fem::Vector &old_state, const fem::Vector &guess, double beta_rho,
-                 const fem::Constraints &constrained, fem::RoundedMatrix &A, fem::Vector &residual);
+                 const fem::Constraints &constrained, fem::BlockMatrix<float> &A, fem::Vector &residual);
   /// Of a state, ghosts valid; one sum over the ranks.
   Inflow inflow(const fem::Vector &state, double density) const;
 

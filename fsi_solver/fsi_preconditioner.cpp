@@ -46,7 +46,7 @@ InterfaceBlocks::InterfaceBlocks(const MergedSpace &space) : map_(space.interfac
   }
 }
 
-void InterfaceBlocks::add(double factor, const fem::NodalMatrix &solid, fem::NodalMatrix &fluid) const {
+void InterfaceBlocks::add(double factor, const fem::BlockMatrix<double> &solid, fem::BlockMatrix<double> &fluid) const {
   std::vector<double> values;
   values.reserve(9 * width_ * solid_neighbours_.size());
   for (std::size_t k = 0; k < solid_neighbours_.size(); ++k) {
@@ -69,17 +69,18 @@ FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBl
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
     : space_(space), interface_(interface), blood_problem_(fluid), wall_problem_(solid), dt_(dt),
-      on_interface_(3 * space.solid().n_local_nodes()), blood_(space.fluid(), 4), wall_(space.solid(), 3),
-      r_f_(space.fluid().make_vector(4)), z_f_(r_f_), r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
+      on_interface_(3 * space.solid().n_local_nodes()), blood_(fluid.matrix().pattern(), 4),
+      wall_(solid.tangent().pattern(), 3), r_f_(space.fluid().make_vector(4)), z_f_(r_f_),
+      r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
   fem::fix_vector(space.solid(), 3, "interface", on_interface_);
 }
 
 void FsiPreconditioner::make() {
   blood_.set_constraints(blood_problem_.constraints());
-  blood_problem_.copy_matrix(blood_);
+  blood_.copy(blood_problem_.matrix());
   interface_.add(dt_, wall_problem_.tangent(), blood_);
   fluid_ = blood_problem_.make_preconditioner(blood_);
-  wall_.copy_scaled(1, wall_problem_.tangent());
+  wall_.copy(wall_problem_.tangent());
   wall_.decouple(on_interface_);
   solid_ = fem::make_preconditioner(wall_problem_.tangent_solver().preconditioner_kind(), wall_);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/linear_algebra/linear_solver.h"
+#include "common/linear_algebra/preconditioner_age.h"
 #include "fluid_solver/navier_stokes_problem.h"
 #include "fsi_solver/merged_space.h"
 #include "mech_solver/elasticity_problem.h"
@@ -13,7 +14,7 @@ class InterfaceBlocks {
   explicit InterfaceBlocks(const MergedSpace &space);
   /// fluid += factor * solid between interface nodes; pairs that the fluid's mesh does not join are left out.
   /// Collective.
-  void add(double factor, const fem::NodalMatrix &solid, fem::NodalMatrix &fluid) const;
+  void add(double factor, const fem::BlockMatrix<double> &solid, fem::BlockMatrix<double> &fluid) const;
 
  private:
   const InterfaceMap &map_;
@@ -32,8 +33,6 @@ class FsiPreconditioner : public fem::Preconditioner {
   /// From the present matrices. The fluid's may change afterwards; so may the solid's, whose present values couple the
   /// blocks. Collective.
   void make();
-  bool is_made() const { return solid_ != nullptr; }
-  void forget() { solid_.reset(); }
   void vmult(fem::Vector &y, const fem::Vector &x) const override;
 
  private:
@@ -42,8 +41,9 @@ class FsiPreconditioner : public fem::Preconditioner {
   const fluid::NavierStokesProblem &blood_problem_;
   const mech::ElasticityProblem &wall_problem_;
   double dt_;
-  fem::Constraints on_interface_; ///< of the solid
-  fem::NodalMatrix blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface held
+  fem::Constraints on_interface_;         ///< of the solid
+  fem::BlockMatrix<double> blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface
+                                          ///< held
   std::unique_ptr<fem::Preconditioner> fluid_, solid_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };

@@ -34,13 +34,11 @@ fem::NewtonStatistics FsiProblem::solve_step(Vector &d) {
   space_.clear_wall(d);
   space_.merge(fluid_.guess(), d, x);
   Vector d_n(d), other_start(x);
-  fem::copy_owned(solid_.d_n, d_n);
+  fem::copy_owned(solid_.past[0], d_n);
   space_.clear_wall(d_n);
   space_.merge(fluid_.guess(), d_n, other_start);
   const fem::NewtonStatistics statistics = fem::newton("fluid and structure", *this, x, newton_settings_, &other_start);
-  last_iterations_ = statistics.linear_iterations;
-  if (fresh_iterations_ == 0)
-    fresh_iterations_ = last_iterations_;
+  preconditioner_age_.note(statistics.linear_iterations);
   displace(x);
   d = d_;
   fluid_.accept(x_f_, force_);
@@ -52,7 +50,7 @@ void FsiProblem::displace(const Vector &x) {
   space_.move_wall(x_f_, dt_, d_);
   for (const unsigned node : space_.interface().solid_nodes())
     for (unsigned i = 0; i < 3; ++i)
-      d_.local_element(3 * node + i) += solid_.d_n.local_element(3 * node + i);
+      d_.local_element(3 * node + i) += solid_.past[0].local_element(3 * node + i);
 }
 
 fem::ResidualSize FsiProblem::residual(const Vector &x, Vector &r) {
@@ -88,13 +86,12 @@ void FsiProblem::apply(Vector &y, const Vector &x) {
 }
 
 void FsiProblem::refresh_preconditioner() {
-  const bool aged = last_iterations_ > fresh_iterations_ + fresh_iterations_ / 2 + 3;
-  if (preconditioner_.is_made() && !aged && open_orifices_ == fluid_.open_orifices())
+  if (!preconditioner_age_.is_due() && open_orifices_ == fluid_.open_orifices())
     return;
   const bus::Stopwatch::Section section(stopwatch, "preconditioner");
   preconditioner_.make();
   open_orifices_ = fluid_.open_orifices();
-  fresh_iterations_ = last_iterations_ = 0;
+  preconditioner_age_.renew();
 }
 
 unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
@@ -113,7 +110,7 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
     if (failure.code() != ExitCode::not_converged || !solid_.tangent_solver().go_over_to_multigrid())
       throw;
   }
-  preconditioner_.forget();
+  preconditioner_age_.forget();
   dx = 0;
   return solve(dx, r);
 }

@@ -27,7 +27,7 @@ class FsiProblem {
   const MergedSpace &space() const { return space_; }
   bus::Stopwatch stopwatch; ///< of what neither side times itself
   /// The next solve makes it anew.
-  void forget_preconditioner() { preconditioner_.forget(); }
+  void forget_preconditioner() { preconditioner_age_.forget(); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &x, fem::Vector &r);
@@ -49,9 +49,9 @@ class FsiProblem {
   InterfaceBlocks interface_blocks_;
   FsiPreconditioner preconditioner_;
   fem::NewtonSettings newton_settings_;
-  std::vector<bool> open_orifices_;                     ///< for which the preconditioner was made
-  unsigned fresh_iterations_ = 0, last_iterations_ = 0; ///< in the step it was made in, and in the last one
-  double wanted_residual_ = 0;                          ///< of Newton's method, at the last state looked at
+  std::vector<bool> open_orifices_;              ///< for which the preconditioner was made
+  fem::PreconditionerAge preconditioner_age_{3}; ///< by the iterations of a step
+  double wanted_residual_ = 0;                   ///< of Newton's method, at the last state looked at
   fem::Vector x_f_, y_f_, d_, y_s_, force_;
 };
 

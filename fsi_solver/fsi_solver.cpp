@@ -54,8 +54,8 @@ FsiSolver::FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double d
 void FsiSolver::declare(bus::Declaration &bus) {
   Outside wall(bus, {"blood_force", "held", "wall_velocity", "wall_force", "solid_iterations"});
   mech_.declare(wall);
-  Outside blood(
-      bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget", "fluid_iterations", "fluid_residual"});
+  Outside blood(bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget",
+                      "fluid_iterations", "fluid_residual"});
   fluid_.declare(blood);
   bus.scalar("fsi_iterations", "1", [this] { return double(statistics_.linear_iterations); });
 }
@@ -78,7 +78,7 @@ void FsiSolver::solve_step(const bus::Step &step) {
 /// Both should vanish.
 void FsiSolver::budget(const fem::Vector &d, double dt) {
   fem::Vector velocity(d), on_fluid(fluid_.problem().state());
-  velocity -= mech_.problem().d_n;
+  velocity -= mech_.problem().past[0];
   velocity *= 1 / dt;
   on_fluid = 0;
   problem_.space().add_force(velocity, on_fluid);

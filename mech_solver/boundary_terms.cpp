@@ -68,7 +68,7 @@ void Pericardium::add_force(const fem::Vector &d, const fem::Vector *v, fem::Vec
     }
 }
 
-void Pericardium::add_tangent(double damping_factor, fem::NodalMatrix &K) const {
+void Pericardium::add_tangent(double damping_factor, fem::BlockMatrix<double> &K) const {
   for (const Pair &pair : pairs_) {
     std::array<double, 9> block;
     for (unsigned i = 0; i < 9; ++i)
@@ -81,14 +81,10 @@ LoadedSurface::LoadedSurface(const fem::LagrangeSpace &space, const std::string 
     : space_(space), faces_(space.faces(label)) {}
 
 Mat3<double> LoadedSurface::deformation(unsigned f, unsigned q, const fem::Vector &d) const {
-  Mat3<double> F = fem::identity<double>();
-  const unsigned *nodes = space_.cell_nodes(faces_.slots[f]);
-  const double *g = &faces_.gradients[(f * faces_.n_q + q) * faces_.nodes_per_cell * 3];
-  for (unsigned a = 0; a < faces_.nodes_per_cell; ++a)
-    for (unsigned i = 0; i < 3; ++i)
-      for (unsigned j = 0; j < 3; ++j)
-        F[i][j] += d.begin()[nodes[a] * 3 + i] * g[3 * a + j];
-  return F;
+  const unsigned *nodes = space_.cell_nodes(faces_.slots[f]), n = faces_.nodes_per_cell;
+  return fem::deformation_gradient(
+      n, [&](unsigned a, unsigned i) { return d.begin()[nodes[a] * 3 + i]; },
+      &faces_.gradients[(f * faces_.n_q + q) * n * 3]);
 }
 
 void LoadedSurface::add_force(double pressure, const fem::Vector &d, fem::Vector &r) const {
@@ -150,12 +146,13 @@ void LoadedSurface::apply_mass(const fem::Vector &d, const fem::Vector &x, fem::
     }
 }
 
-void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_tangent(double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const {
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     add_face_tangent(f, pressure, d, K);
 }
 
-void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const {
+void LoadedSurface::add_face_tangent(unsigned f, double pressure, const fem::Vector &d,
+                                     fem::BlockMatrix<double> &K) const {
   for (unsigned q = 0; q < faces_.n_q; ++q) {
     const unsigned fq = f * faces_.n_q + q;
     const double *N = &faces_.normals[3 * fq], *shape = &faces_.shapes[fq * faces_.nodes_per_cell];

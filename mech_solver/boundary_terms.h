@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/linear_algebra/nodal_matrix.h"
+#include "common/linear_algebra/block_matrix.h"
 #include "mech_solver/settings/parameters.h"
 
 namespace heartbus::mech {
@@ -17,7 +17,7 @@ class Pericardium {
   /// r += stiffness d + damping v; v may be null (statics). Ghosts of d and v must be up to date.
   void add_force(const fem::Vector &d, const fem::Vector *v, fem::Vector &r) const;
   /// K += stiffness + damping_factor * damping.
-  void add_tangent(double damping_factor, fem::NodalMatrix &K) const;
+  void add_tangent(double damping_factor, fem::BlockMatrix<double> &K) const;
 
  private:
   struct Pair { // coupling between an owned node and another; slot, a, b: a cell that has both
@@ -31,14 +31,14 @@ class Pericardium {
 };
 
 /// One label's part of the boundary, for loads on it. Pressure follows the surface: the load on the solid is
-/// -int p J F^{-T} N . phi over the reference area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in direction
-/// e_j phi_b is the vector e_j x w_b.
+/// -int p J F^{-T} N . phi over the reference area. With w_b = F (N x grad phi_b), the derivative of J F^{-T} N in
+/// direction e_j phi_b is the vector e_j x w_b.
 class LoadedSurface {
  public:
   LoadedSurface(const fem::LagrangeSpace &space, const std::string &label);
   /// r += pressure * int J F^{-T} N . phi (an inner force: the load with its sign turned). Ghosts of d up to date.
   void add_force(double pressure, const fem::Vector &d, fem::Vector &r) const;
-  void add_tangent(double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+  void add_tangent(double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const;
   /// r += int traction . phi over the area at rest.
   void add_traction(const fem::Vec3<double> &traction, fem::Vector &r) const;
   /// This rank's part of int (x n_x + y n_y) / 2 over the moved area: with flat lids across z the volume that
@@ -49,7 +49,7 @@ class LoadedSurface {
 
  private:
   Mat3<double> deformation(unsigned f, unsigned q, const fem::Vector &d) const;
-  void add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::NodalMatrix &K) const;
+  void add_face_tangent(unsigned f, double pressure, const fem::Vector &d, fem::BlockMatrix<double> &K) const;
   const fem::LagrangeSpace &space_;
   fem::BoundaryFaces faces_;
 };

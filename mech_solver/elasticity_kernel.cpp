@@ -185,7 +185,7 @@ HEARTBUS_INLINE void residual(const Law &law, const ElasticityCells &cells, Lane
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress(C, J, dilatation.at(law, J), S);
     add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S);
-    update(limits, J, law.exponent(C), w);
+    update(limits, J, law.exponent(C, J), w);
     add_stress<n>(w, g, F, S, r);
   }
   add_inertia<n>(cells, r);
@@ -206,7 +206,7 @@ HEARTBUS_INLINE void residual_and_tangent(const Law &law, const ElasticityCells 
     const Symmetric<Lanes> C = right_cauchy_green(F);
     law.stress_and_tangent(C, J, dilatation.at(law, J), S, D);
     add_active_stress(tension<n>(cells, q), cells.dispersion[q], cells.fibres, C, S, D);
-    update(limits, J, law.exponent(C), w);
+    update(limits, J, law.exponent(C, J), w);
     elasticity_tensor(F, S, D, A);
     add_stress<n>(w, g, F, S, r);
     add_tangent<n>(w, g, A, K);
@@ -266,35 +266,16 @@ HEARTBUS_INLINE void stretch_projection(const ElasticityCells &cells, Lanes *num
   else                                                                                                                 \
     function<10, false> arguments
 
-HEARTBUS_SIMD void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r,
-                                DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
-}
-
-HEARTBUS_SIMD void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r,
-                                DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
-}
-
-HEARTBUS_SIMD void add_residual(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r,
-                                DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));
-}
-
-HEARTBUS_SIMD void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                                            DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
-}
-
-HEARTBUS_SIMD void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                                            DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
-}
-
-HEARTBUS_SIMD void add_residual_and_tangent(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                                            DeformationLimits &limits) {
-  HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));
-}
+#define HEARTBUS_KERNELS(Law, name)                                                                                    \
+  HEARTBUS_SIMD void add_residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits) { \
+    HEARTBUS_FOR_CELLS(residual, (law, cells, r, limits));                                                             \
+  }                                                                                                                    \
+  HEARTBUS_SIMD void add_residual_and_tangent(const Law &law, const ElasticityCells &cells, Lanes *r, Lanes *K,        \
+                                              DeformationLimits &limits) {                                             \
+    HEARTBUS_FOR_CELLS(residual_and_tangent, (law, cells, r, K, limits));                                              \
+  }
+HEARTBUS_LAWS(HEARTBUS_KERNELS)
+#undef HEARTBUS_KERNELS
 
 HEARTBUS_SIMD void add_active_force(const ElasticityCells &cells, Lanes *r) {
   if (cells.nodes_per_cell == 8)

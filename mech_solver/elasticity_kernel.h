@@ -1,9 +1,7 @@
 #pragma once
 
 #include "mech_solver/active/active_stress.h"
-#include "mech_solver/constitutive/guccione.h"
-#include "mech_solver/constitutive/neo_hookean.h"
-#include "mech_solver/constitutive/saint_venant_kirchhoff.h"
+#include "mech_solver/constitutive/laws.h"
 
 namespace heartbus::mech {
 
@@ -17,9 +15,10 @@ namespace heartbus::mech {
 /// A = dP/dF of one quadrature point: K_ab = g_a . A . g_b, 27 products for each pair of nodes.
 ///
 /// With mean dilatation (Nagtegaal, Parks, Rice 1974, doi:10.1016/0045-7825(74)90032-2; Simo, Taylor, Pister 1985,
-/// doi:10.1016/0045-7825(85)90033-7) the energy of volume of a cell is V U(v / V), with its volumes V at rest and v as it
-/// is, in place of int U(J): one condition a cell on its volume, where one a quadrature point would lock it. Its pressure
-/// U'(v/V) is the same in all of the cell, and with b_a = dv/dd_a the tangent has the additional part U''(v/V)/V b_a x b_b.
+/// doi:10.1016/0045-7825(85)90033-7) the energy of volume of a cell is V U(v / V), with its volumes V at rest and v
+/// as it is, in place of int U(J): one condition a cell on its volume, where one a quadrature point would lock it.
+/// Its pressure U'(v/V) is the same in all of the cell, and with b_a = dv/dd_a the tangent has the additional part
+/// U''(v/V)/V b_a x b_b.
 struct ElasticityCells {
   // discretisation, reference configuration (see fem::LagrangeSpace)
   unsigned nodes_per_cell = 0, n_q = 0;
@@ -45,18 +44,13 @@ struct DeformationLimits {
 /// Largest number of nodes of a cell that the kernels take.
 inline constexpr unsigned max_nodes_per_cell = 10;
 
-/// r [a][3] += residual.
-void add_residual(const Guccione &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
-void add_residual(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
-void add_residual(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);
-
-/// Also K [((a*n + b)*3 + i)*3 + j] += tangent, symmetric.
-void add_residual_and_tangent(const Guccione &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                              DeformationLimits &limits);
-void add_residual_and_tangent(const NeoHookean &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                              DeformationLimits &limits);
-void add_residual_and_tangent(const SaintVenantKirchhoff &law, const ElasticityCells &cells, Lanes *r, Lanes *K,
-                              DeformationLimits &limits);
+/// For each law: r [a][3] += residual; and also K [((a*n + b)*3 + i)*3 + j] += tangent, symmetric.
+#define HEARTBUS_DECLARE(Law, name)                                                                                    \
+  void add_residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);                \
+  void add_residual_and_tangent(const Law &law, const ElasticityCells &cells, Lanes *r, Lanes *K,                      \
+                                DeformationLimits &limits);
+HEARTBUS_LAWS(HEARTBUS_DECLARE)
+#undef HEARTBUS_DECLARE
 
 /// r [a][3] += int P_act : grad phi alone. P_act is linear in the tension: a difference of tensions gives a difference
 /// of forces.

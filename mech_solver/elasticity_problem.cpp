@@ -42,7 +42,7 @@ std::string complaint(bool crushed, double value, const std::array<double, 6> &c
 
 ActiveFibres::Tension kind_of_tension(const ActiveParameters &active) {
   using Tension = ActiveFibres::Tension;
-  return active.model != "prescribed"   ? Tension::of_force_model
+  return active.model != "prescribed"  ? Tension::of_force_model
          : active.measure == "nominal" ? Tension::nominal
                                        : Tension::second_piola;
 }
@@ -51,16 +51,16 @@ ActiveFibres::Tension kind_of_tension(const ActiveParameters &active) {
 
 ElasticityProblem::ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
                                      const Parameters &parameters)
-    : d_n(space.make_vector(3)), d_nm1(d_n), tension(space.make_vector(1)), load(d_n), space_(space), fibres_(fibres),
+    : past(4, space.make_vector(3)), tension(space.make_vector(1)), load(past[0]), space_(space), fibres_(fibres),
       solver_(parameters.solver), gravity_{parameters.gravity[0], parameters.gravity[1], parameters.gravity[2]},
-      mean_dilatation_(parameters.volume == "mean_dilatation"),
-      active_fibres_{parameters.active.sarcomere_length, kind_of_tension(parameters.active)},
-      regions_(material_regions(space, parameters)),
-      pericardium_(space, parameters.pericardium), acceleration_(d_n), velocity_(d_n), tangent_(space, 3),
-      tangent_solver_(parameters.solver) {
+      mean_dilatation_(parameters.volume == "mean_dilatation"), active_fibres_{parameters.active.sarcomere_length,
+                                                                               kind_of_tension(parameters.active)},
+      regions_(material_regions(space, parameters)), pericardium_(space, parameters.pericardium), acceleration_(load),
+      velocity_(load), tangent_(space, 3), rounded_tangent_(tangent_.pattern(), 3), tangent_solver_(parameters.solver) {
   if (mean_dilatation_ && space.nodes_per_cell() == 4)
-    throw Failure(ExitCode::scene, "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
-                                   "constant and which lock for large kappa; take hexahedra, or 'penalty'");
+    throw Failure(ExitCode::scene,
+                  "mechanics.volume: mean_dilatation has no effect on linear tetrahedra, in which J is "
+                  "constant and which lock for large kappa; take hexahedra, or 'penalty'");
   constrain(parameters);
   // What a strain of 1e-5 makes on a face of a cell: below, round-off of the stresses would be what is compared.
   const double kappa = std::visit([](const auto &law) { return law.kappa; }, regions_[0].law);
@@ -130,14 +130,14 @@ fem::NewtonSettings ElasticityProblem::newton_settings() const {
 
 void ElasticityProblem::begin_dynamic(double dt) {
   set_mode(dt);
-  d_n.update_ghost_values();
-  d_nm1.update_ghost_values();
+  past[0].update_ghost_values();
+  past[1].update_ghost_values();
   tension.update_ghost_values();
 }
 
 fem::NewtonStatistics ElasticityProblem::solve_dynamic(double dt, fem::Vector &d) {
   begin_dynamic(dt);
-  return fem::newton("elastodynamics", *this, d, newton_settings(), &d_n);
+  return fem::newton("elastodynamics", *this, d, newton_settings(), &past[0]);
 }
 
 /// Without inertia the tangent changes a lot from one iterate to the next, and steps must be kept short.
@@ -203,7 +203,7 @@ fem::Vector ElasticityProblem::interface_area(const fem::Vector &d) const {
 fem::Vector ElasticityProblem::unit_pressure_force() const {
   fem::Vector b = space_.make_vector(3);
   for (const auto &surface : interface_)
-    surface.add_force(1, d_n, b);
+    surface.add_force(1, past[0], b);
   b.zero_out_ghost_values();
   fem::zero_constrained(b, constrained_);
   return b;
@@ -231,7 +231,7 @@ void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch
 }
 
 void ElasticityProblem::update_time_terms(const fem::Vector &d) {
-  const double *now = d.begin(), *n = d_n.begin(), *nm1 = d_nm1.begin();
+  const double *now = d.begin(), *n = past[0].begin(), *nm1 = past[1].begin();
   for (unsigned i = 0; i < 3 * space_.n_local_nodes(); ++i) {
     acceleration_.begin()[i] = dt_ > 0 ? (now[i] - 2 * n[i] + nm1[i]) / (dt_ * dt_) : 0;
     velocity_.begin()[i] = dt_ > 0 ? (now[i] - n[i]) / dt_ : 0;
@@ -379,20 +379,21 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   for (const auto &load : loads_)
     if (const double pressure = load_share * load.parameters.pressure.at(time); pressure != 0)
       load.surface.add_tangent(pressure, d, tangent_);
-  rounded_tangent_ = std::make_unique<fem::RoundedMatrix>(tangent_);
+  rounded_tangent_.copy(tangent_);
+  tangent_solver_.follow(tangent_);
   has_tangent_ = true;
   ++n_tangents_;
 }
 
-unsigned ElasticityProblem::respond(fem::Vector &dx, const fem::Vector &force, double tolerance) {
-  return tangent_solver_.solve(tangent_, *rounded_tangent_, dx, force, tolerance, stopwatch);
+unsigned ElasticityProblem::solve_tangent(fem::Vector &dx, const fem::Vector &force, double tolerance) {
+  return tangent_solver_.solve(tangent_, rounded_tangent_, dx, force, tolerance, stopwatch);
 }
 
 unsigned ElasticityProblem::solve(fem::Vector &dx, const fem::Vector &r) {
   fem::Vector force(r);
   force *= -1;
   // Beyond what Newton's method wants, the linear residual does not matter.
-  return respond(dx, force, 0.1 * wanted_residual_ / force.l2_norm());
+  return solve_tangent(dx, force, 0.1 * wanted_residual_ / force.l2_norm());
 }
 
 } // namespace heartbus::mech

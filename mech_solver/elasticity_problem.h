@@ -2,9 +2,9 @@
 
 #include "common/base/stopwatch.h"
 #include "common/fem/constraints.h"
+#include "common/fem/time_history.h"
 #include "common/fibres/fibres.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
 #include "common/nonlinear/newton.h"
 #include "mech_solver/boundary_terms.h"
 #include "mech_solver/elasticity_kernel.h"
@@ -26,7 +26,7 @@ class ElasticityProblem {
   ElasticityProblem(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters);
 
   // The state, three components a node, and what acts on it. Values of owned nodes are the caller's to set.
-  fem::Vector d_n, d_nm1;        ///< old displacements [m]
+  fem::TimeHistory past;         ///< old displacements d^n, d^{n-1}, d^{n-2}, d^{n-3} [m]
   fem::Vector tension;           ///< active tension at the nodes, one component [Pa]
   fem::Vector load;              ///< nodal forces on the solid [N]
   double interface_pressure = 0; ///< a follower pressure [Pa]
@@ -44,7 +44,7 @@ class ElasticityProblem {
   fem::NewtonSettings newton_settings() const;
   /// tangent dx = force, starting from dx, to the linear solver's tolerance or to this one if that is larger. Returns
   /// the iterations.
-  unsigned respond(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
+  unsigned solve_tangent(fem::Vector &dx, const fem::Vector &force, double tolerance = 0);
   /// Which solves with the tangent.
   TangentSolver &tangent_solver() { return tangent_solver_; }
   const TangentSolver &tangent_solver() const { return tangent_solver_; }
@@ -65,8 +65,8 @@ class ElasticityProblem {
   fem::Vector interface_area(const fem::Vector &d) const;
   const fem::Constraints &constrained() const { return constrained_; }
   const fem::LagrangeSpace &space() const { return space_; }
-  const fem::NodalMatrix &tangent() const { return tangent_; } ///< as of the last `linearise`
-  void apply_tangent(fem::Vector &y, const fem::Vector &x) const { rounded_tangent_->vmult(y, x); }
+  const fem::BlockMatrix<double> &tangent() const { return tangent_; } ///< as of the last `linearise`
+  void apply_tangent(fem::Vector &y, const fem::Vector &x) const { rounded_tangent_.vmult(y, x); }
 
   // Newton's view
   fem::ResidualSize residual(const fem::Vector &d, fem::Vector &r);
@@ -116,8 +116,8 @@ class ElasticityProblem {
   unsigned most_crushed_ = 0, most_stretched_ = 0;          ///< slots
   std::array<double, 6> crushed_cell_{}, stretched_cell_{}; ///< centre at rest, displacement: of what is refused [m]
 
-  fem::NodalMatrix tangent_;
-  std::unique_ptr<fem::RoundedMatrix> rounded_tangent_; ///< for iterations
+  fem::BlockMatrix<double> tangent_;
+  fem::BlockMatrix<float> rounded_tangent_; ///< for iterations
   bool has_tangent_ = false;
   unsigned n_tangents_ = 0;
   TangentSolver tangent_solver_;

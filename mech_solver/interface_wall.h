@@ -20,8 +20,8 @@ class InterfaceWall : public interface::LinearWall {
   LoadedSurface surface_;
 };
 
-/// w = A^{-1} b for the force b of a unit pressure on the interface, with the tangent A of the last solve: kept as long as
-/// that is.
+/// w = A^{-1} b for the force b of a unit pressure on the interface, with the tangent A of the last solve: kept as
+/// long as that is.
 class PressureResponse {
  public:
   explicit PressureResponse(ElasticityProblem &problem) : problem_(problem) {}

@@ -9,29 +9,17 @@ namespace heartbus::mech {
 
 using fem::n_lanes;
 
-namespace {
-
-Law law_of(const MaterialParameters &material) {
-  if (material.law == "guccione")
-    return material.guccione;
-  if (material.law == "neo_hookean")
-    return material.neo_hookean;
-  return material.saint_venant_kirchhoff;
-}
-
-} // namespace
-
 std::vector<MaterialRegion> material_regions(const fem::LagrangeSpace &space, const Parameters &parameters) {
   const auto &names = space.material_names();
   std::vector<unsigned> region_of(std::max<std::size_t>(names.size(), 1), 0);
-  std::vector<MaterialRegion> regions{{law_of(parameters), parameters.density, true, {}, {}}};
+  std::vector<MaterialRegion> regions{{parameters.chosen_law(), parameters.density, true, {}, {}}};
   for (const auto &[name, region] : parameters.regions) {
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end())
       throw Failure(ExitCode::scene, "mechanics.regions: the mesh has no region '" + name + "'" +
                                          config::did_you_mean(name, names) + " It has " + config::joined(names));
     region_of[found - names.begin()] = regions.size();
-    regions.push_back({law_of(region), region.density, region.contracts, {}, {}});
+    regions.push_back({region.chosen_law(), region.density, region.contracts, {}, {}});
   }
   const unsigned n_q = space.n_q();
   for (MaterialRegion &region : regions) {

@@ -1,16 +1,9 @@
 #pragma once
 
 #include "common/fem/lagrange_space.h"
-#include "mech_solver/constitutive/guccione.h"
-#include "mech_solver/constitutive/neo_hookean.h"
-#include "mech_solver/constitutive/saint_venant_kirchhoff.h"
 #include "mech_solver/settings/parameters.h"
 
-#include <variant>
-
 namespace heartbus::mech {
-
-using Law = std::variant<Guccione, NeoHookean, SaintVenantKirchhoff>;
 
 /// The cells of one material; a batch can hold cells of several, each then sees the others with weight zero.
 struct MaterialRegion {
@@ -21,8 +14,8 @@ struct MaterialRegion {
   std::vector<std::uint8_t> in_batch; ///< [batch]
 };
 
-/// The muscle, which is all that the scene names no other material for, then those it names. Failure(scene) when the mesh
-/// has no such region.
+/// The muscle, which is all that the scene names no other material for, then those it names. Failure(scene) when the
+/// mesh has no such region.
 std::vector<MaterialRegion> material_regions(const fem::LagrangeSpace &space, const Parameters &parameters);
 
 } // namespace heartbus::mech

@@ -16,7 +16,7 @@ namespace heartbus::mech {
 MechSolver::MechSolver(const fem::LagrangeSpace &space, const fem::Fibres &fibres, const Parameters &parameters,
                        std::shared_ptr<spdlog::logger> log)
     : space_(space), fibres_(fibres), parameters_(parameters), log_(log), problem_(space, fibres, parameters),
-      force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)), d_nm2_(d_), d_nm3_(d_),
+      force_generation_(parameters.active, space.n_owned_nodes()), d_(space.make_vector(3)),
       stretch_(space.make_vector(1)), interface_(space, 3), calcium_(space.n_owned_nodes(), -1.0),
       probe_(interface_, log), response_(problem_) {
   if (space.has_label("interface"))
@@ -141,9 +141,7 @@ void MechSolver::inflate() {
   });
   if (!is_alone_)
     problem_.interface_pressure = 0; // from now on the blood's force holds it
-  problem_.d_n = d_;
-  problem_.d_nm1 = d_;
-  d_nm2_ = d_nm3_ = d_;
+  problem_.past.fill(d_);
 
   fem::Vector forces = space_.make_vector(3);
   problem_.solid_forces(d_, forces);
@@ -166,7 +164,7 @@ void MechSolver::inflate() {
 void MechSolver::prepare_step(const bus::Step &step) {
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "stretch");
-    problem_.fibre_stretch(problem_.d_n, stretch_);
+    problem_.fibre_stretch(problem_.past[0], stretch_);
   }
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "force model");
@@ -174,8 +172,8 @@ void MechSolver::prepare_step(const bus::Step &step) {
     force_generation_.tension(step.time, problem_.tension.begin());
   }
 
-  fem::Vector velocity(problem_.d_n);
-  velocity -= problem_.d_nm1;
+  fem::Vector velocity(problem_.past[0]);
+  velocity -= problem_.past[1];
   interface_.get(velocity, wall_velocity_, 1 / step.size);
   wall_force_ = blood_force_n_;
   if (parameters_.active_increment) {
@@ -183,7 +181,7 @@ void MechSolver::prepare_step(const bus::Step &step) {
     fem::Vector change = space_.make_vector(1), forces = space_.make_vector(3);
     force_generation_.old_tension(step.time - step.size, change.begin());
     change.sadd(-1.0, 1.0, problem_.tension);
-    problem_.active_forces(problem_.d_n, change, forces);
+    problem_.active_forces(problem_.past[0], change, forces);
     std::vector<double> increment(wall_force_.size());
     interface_.get(forces, increment);
     for (std::size_t k = 0; k < increment.size(); ++k)
@@ -254,7 +252,7 @@ void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &s
 
 void MechSolver::show_motion(double dt) {
   fem::Vector velocity(d_);
-  velocity -= problem_.d_n;
+  velocity -= problem_.past[0];
   interface_.get(velocity, wall_velocity_, 1 / dt);
   interface_.get(d_, displacement_);
   wall_force_ = blood_force_;
@@ -288,21 +286,16 @@ void MechSolver::refresh() {
 /// Newton starts from the last iterate, or from the cubic through the last four displacements, and what iterates moved
 /// in the steps before; it goes back to d^n when that would invert a cell.
 void MechSolver::choose_start(const bus::Step &step) {
-  if (step.iteration == 0)
-    fem::copy_owned(problem_.d_n, d_);
-  if (step.iteration == 0 && parameters_.inertia) {
-    d_.sadd(4.0, -6.0, problem_.d_nm1);
-    d_.add(4.0, d_nm2_, -1.0, d_nm3_);
-  }
+  if (step.iteration == 0 && parameters_.inertia)
+    problem_.past.extrapolate(d_);
+  else if (step.iteration == 0)
+    fem::copy_owned(problem_.past[0], d_);
   if (parameters_.inertia)
     iterate_moves_.predict(step.iteration, d_);
 }
 
 void MechSolver::commit_step(const bus::Step &step) {
-  d_nm3_.swap(d_nm2_);
-  fem::copy_owned(problem_.d_nm1, d_nm2_);
-  problem_.d_nm1.swap(problem_.d_n);
-  fem::copy_owned(d_, problem_.d_n);
+  problem_.past.push(d_);
   iterate_moves_.commit();
   force_generation_.commit();
   if (filling_)
@@ -315,10 +308,11 @@ void MechSolver::commit_step(const bus::Step &step) {
 void MechSolver::visit(io::State &state, const bus::Step &step) {
   const double spacing = space_.smallest_cell_size();
   state.points("tissue", fem::owned_points(space_), spacing);
-  state.field("displacement", 3, problem_.d_n.begin());
-  state.field("displacement_before", 3, problem_.d_nm1.begin());
-  state.field("displacement_2_before", 3, d_nm2_.begin());
-  state.field("displacement_3_before", 3, d_nm3_.begin());
+  fem::TimeHistory &past = problem_.past;
+  state.field("displacement", 3, past[0].begin());
+  state.field("displacement_before", 3, past[1].begin());
+  state.field("displacement_2_before", 3, past[2].begin());
+  state.field("displacement_3_before", 3, past[3].begin());
   force_generation_.visit(state);
   if (space_.has_label("interface")) {
     state.points("interface", interface_.points(), spacing);
@@ -329,11 +323,8 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   double step_size = step.size;
   state.number("step_size", step_size);
   if (step_size != step.size) { // the velocity is to stay
-    problem_.d_nm1.sadd(step.size / step_size, 1 - step.size / step_size, problem_.d_n);
-    fem::copy_owned(problem_.d_nm1, d_nm2_);
-    d_nm2_.sadd(2., -1., problem_.d_n);
-    fem::copy_owned(d_nm2_, d_nm3_);
-    d_nm3_.sadd(2., -1., problem_.d_nm1);
+    past[1].sadd(step.size / step_size, 1 - step.size / step_size, past[0]);
+    past.straighten();
   }
   probe_.visit(state, step_size == step.size);
 }
@@ -349,13 +340,13 @@ void MechSolver::load_state(const std::string &folder, const bus::Step &step) {
   force_generation_.tension(step.time, problem_.tension.begin());
   problem_.time = step.time;
   problem_.interface_pressure = is_alone_ ? parameters_.initial_pressure : 0;
-  d_ = problem_.d_n;
+  d_ = problem_.past[0];
   measure_cavity();
   if (filling_)
     filling_->load(d_);
   blood_force_ = wall_force_ = blood_force_n_;
   fem::Vector velocity(d_);
-  velocity -= problem_.d_nm1;
+  velocity -= problem_.past[1];
   interface_.get(velocity, wall_velocity_, 1 / step.size);
   interface_.get(d_, displacement_);
 }

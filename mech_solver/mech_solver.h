@@ -1,8 +1,8 @@
 #pragma once
 
 #include "common/bus/solver.h"
-#include "common/interface/nodal/wall_probe.h"
 #include "common/interface/nodal/pressure_correction.h"
+#include "common/interface/nodal/wall_probe.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
 #include "common/nonlinear/iterate_moves.h"
@@ -88,7 +88,7 @@ class MechSolver : public bus::Solver {
   std::shared_ptr<spdlog::logger> log_;
   ElasticityProblem problem_;
   ForceGeneration force_generation_;
-  fem::Vector d_, d_nm2_, d_nm3_, stretch_;
+  fem::Vector d_, stretch_;
   fem::IterateMoves<fem::Vector> iterate_moves_;
 
   interface::InterfaceNodes interface_;

@@ -20,17 +20,24 @@ unsigned TangentSolver::most_iterations() const {
 bool TangentSolver::go_over_to_multigrid() {
   if (is_static || parameters_.preconditioner != "auto" || is_stiff_)
     return false;
-  return is_old_ = is_stiff_ = true;
+  age_.forget();
+  return is_stiff_ = true;
 }
 
-unsigned TangentSolver::solve(const fem::NodalMatrix &tangent, const fem::RoundedMatrix &rounded, fem::Vector &dx,
-                              const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch) {
-  const bool renewed = is_old_;
+void TangentSolver::follow(const fem::BlockMatrix<double> &tangent) {
+  if (preconditioner_)
+    preconditioner_->follow(tangent);
+}
+
+unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem::BlockMatrix<float> &rounded,
+                              fem::Vector &dx, const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch) {
+  const bool renewed = age_.is_due();
   if (renewed) {
     const bus::Stopwatch::Section section(stopwatch, "preconditioner");
     preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent);
+    age_.renew();
   }
-  const unsigned allowed = renewed ? most_iterations() : std::min(most_iterations(), 3 * usual_iterations_ + 50);
+  const unsigned allowed = renewed ? most_iterations() : std::min(most_iterations(), 3 * age_.usual() + 50);
   try {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     const unsigned iterations =
@@ -38,16 +45,13 @@ unsigned TangentSolver::solve(const fem::NodalMatrix &tangent, const fem::Rounde
             "elasticity", [&](fem::Vector &y, const fem::Vector &x) { rounded.vmult(y, x); }, dx, force,
             *preconditioner_, std::max(parameters_.linear_tolerance, tolerance), allowed)
             .iterations;
-    if (renewed)
-      usual_iterations_ = iterations;
-    is_old_ = iterations > usual_iterations_ + usual_iterations_ / 2 + 3;
+    age_.note(iterations);
     return iterations;
   } catch (const Failure &failure) {
     if (failure.code() != ExitCode::not_converged)
       throw;
-    if (!renewed) // a state too far from the one that it was made for
-      is_old_ = true;
-    else if (!go_over_to_multigrid())
+    age_.forget(); // made for a state too far from this one
+    if (renewed && !go_over_to_multigrid())
       throw;
   }
   dx = 0;

@@ -2,7 +2,7 @@
 
 #include "common/base/stopwatch.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
+#include "common/linear_algebra/preconditioner_age.h"
 #include "mech_solver/settings/parameters.h"
 
 #include <memory>
@@ -18,21 +18,23 @@ class TangentSolver {
   explicit TangentSolver(const SolverParameters &parameters) : parameters_(parameters) {}
 
   bool is_static = true; ///< the systems that come
-  void forget_preconditioner() { is_old_ = true; }
+  void forget_preconditioner() { age_.forget(); }
+  /// There is a new tangent, for which the preconditioner shall go on to serve.
+  void follow(const fem::BlockMatrix<double> &tangent);
   std::string preconditioner_kind() const;
   /// How many iterations a linear solver may take before `go_over_to_multigrid` is worth its set-up.
   unsigned most_iterations() const;
   /// Whether that is another preconditioner than so far.
   bool go_over_to_multigrid();
   /// tangent dx = force, starting from dx. `rounded`: the tangent for iterations. Returns them.
-  unsigned solve(const fem::NodalMatrix &tangent, const fem::RoundedMatrix &rounded, fem::Vector &dx,
+  unsigned solve(const fem::BlockMatrix<double> &tangent, const fem::BlockMatrix<float> &rounded, fem::Vector &dx,
                  const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch);
 
  private:
   const SolverParameters parameters_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
-  unsigned usual_iterations_ = 0; ///< with a new preconditioner
-  bool is_old_ = true, is_stiff_ = false;
+  fem::PreconditionerAge age_{3};
+  bool is_stiff_ = false;
 };
 
 } // namespace heartbus::mech

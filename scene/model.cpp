@@ -21,8 +21,8 @@ std::map<std::string, std::string> model_of(const SceneParameters &scene) {
   if (is_ventricle)
     keys.push_back("geometry.mesh");
   if (scene.has("ep"))
-    for (const char *key :
-         {"fibres.", "electrophysiology.ionic_model", "electrophysiology.refinements", "electrophysiology.degree"})
+    for (const char *key : {"fibres.", "electrophysiology.model", "electrophysiology.ionic_model",
+                            "electrophysiology.refinements", "electrophysiology.degree"})
       keys.push_back(key);
   if (scene.has("mech") || scene.has("fsi"))
     for (const char *key : {"fibres.", "mechanics.law", "mechanics.regions.", "mechanics.active.model",

@@ -4,6 +4,7 @@
 #include "common/config/printer.h"
 #include "common/geometry/shapes.h"
 #include "common/units/nearest.h"
+#include "mech_solver/active/force_models.h"
 
 #include <algorithm>
 
@@ -68,6 +69,18 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
                           is_in("aortic", geometry::fluid_labels(scene.geometry));
   return {
       {{"electrophysiology"}, takes_part(scene, {"ep_solver"}), "no ep_solver takes part"},
+      {{"electrophysiology.integrator", "electrophysiology.substeps", "electrophysiology.substep_tolerance",
+        "electrophysiology.tolerance", "electrophysiology.preconditioner"},
+       scene.ep.model == "monodomain",
+       "'electrophysiology.model' is " + scene.ep.model},
+      {{"electrophysiology.conductivity", "electrophysiology.stimulus.sites", "electrophysiology.stimulus.amplitude",
+        "electrophysiology.stimulus.duration"},
+       scene.ep.model != "prescribed",
+       "'electrophysiology.model' is prescribed"},
+      {{"electrophysiology.eikonal"}, scene.ep.model == "eikonal", "'electrophysiology.model' is " + scene.ep.model},
+      {{"electrophysiology.prescribed"},
+       scene.ep.model == "prescribed",
+       "'electrophysiology.model' is " + scene.ep.model},
       {{"mechanics"},
        takes_part(scene, {"mech_solver", "fsi_solver"}),
        "neither mech_solver nor fsi_solver takes part"},
@@ -76,11 +89,8 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
        takes_part(scene, {"fluid_solver", "fsi_solver", "cavity_solver"}),
        "neither fluid_solver nor fsi_solver takes part"},
       {{"fibres"}, takes_part(scene, {"ep_solver", "mech_solver", "fsi_solver"}), "nobody takes part who has fibres"},
-      {{"mechanics.guccione"}, mech.law == "guccione", "'mechanics.law' is " + mech.law},
-      {{"mechanics.neo_hookean"}, mech.law == "neo_hookean" || !mech.regions.empty(), "'mechanics.law' is " + mech.law},
-      {{"mechanics.saint_venant_kirchhoff"}, mech.law == "saint_venant_kirchhoff", "'mechanics.law' is " + mech.law},
       {{"mechanics.active.tension_max", "mechanics.active.sarcomere_length"},
-       mech.active.model == "rdq18_ann",
+       is_in(mech.active.model, mech::force_model_names()),
        "'mechanics.active.model' is " + mech.active.model},
       {{"mechanics.active.tension", "mechanics.active.measure"},
        mech.active.model == "prescribed",
@@ -101,15 +111,30 @@ std::vector<Use> uses_of_solvers(const SceneParameters &scene) {
   };
 }
 
-std::vector<Use> all_uses(const SceneParameters &scene) {
-  std::vector<Use> uses = uses_of_geometry(scene);
-  for (Use &use : uses_of_solvers(scene))
-    uses.push_back(std::move(use));
+/// Of each law the wall, or a region of it, the parameters. A region takes those of the wall where it names none.
+std::vector<Use> uses_of_laws(const mech::Parameters &mech) {
+  std::vector<Use> uses;
+  for (const auto &law : mech::law_names()) {
+    bool is_used = mech.law == law;
+    for (const auto &[name, region] : mech.regions) {
+      const std::string block = "mechanics.regions." + name;
+      uses.push_back({{block + "." + law}, region.law == law, "'" + block + ".law' is " + region.law});
+      is_used |= region.law == law;
+    }
+    uses.push_back({{"mechanics." + law}, is_used, "'mechanics.law' is " + mech.law});
+  }
   return uses;
 }
 
-/// Why a key is not used ("'geometry.shape' is piston"); empty when it is, or when a program from elsewhere takes part, which
-/// may use any.
+std::vector<Use> all_uses(const SceneParameters &scene) {
+  std::vector<Use> uses = uses_of_geometry(scene);
+  for (const auto &more : {uses_of_solvers(scene), uses_of_laws(scene.mech)})
+    uses.insert(uses.end(), more.begin(), more.end());
+  return uses;
+}
+
+/// Why a key is not used ("'geometry.shape' is piston"); empty when it is, or when a program from elsewhere takes
+/// part, which may use any.
 std::string why_unused(const std::vector<Use> &uses, const std::string &path) {
   if (path == "electrophysiology" || path == "electrophysiology.stimulus" ||
       is_within(path, "electrophysiology.stimulus.period"))

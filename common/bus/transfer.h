@@ -11,7 +11,8 @@
 
 namespace heartbus::bus {
 
-/// No quantity of any unit has a larger value; products of a few such numbers are infinite, and then NaN, at the receiver's.
+/// No quantity of any unit has a larger value; products of a few such numbers are infinite, and then NaN, at the
+/// receiver's.
 inline constexpr double largest_plausible = 1e100;
 
 /// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it

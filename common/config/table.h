@@ -12,9 +12,9 @@ namespace heartbus::config {
 struct Table {
   std::vector<double> times{0}, values{0}; ///< [s], and whatever the owner says
   double at(double time) const;
-  /// Keys `times` and `values`, or `table`, a CSV file of two columns with their units in the header ("time [ms],pressure
-  /// [kPa]"), relative to the scene's folder. Once read, a file's numbers are those of `times` and `values`, so that the
-  /// resolved scene needs no file.
+  /// Keys `times` and `values`, or `table`, a CSV file of two columns with their units in the header ("time
+  /// [ms],pressure [kPa]"), relative to the scene's folder. Once read, a file's numbers are those of `times` and
+  /// `values`, so that the resolved scene needs no file.
   void describe(Section &section, const std::string &unit, Range range, const std::string &meaning);
 
  private:

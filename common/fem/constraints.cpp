@@ -41,6 +41,13 @@ void fix_normal(const LagrangeSpace &space, unsigned components, const std::stri
     constrained[node * components + axis] |= on[node];
 }
 
+void zero_constrained(Vector &v, const Constraints &constrained) {
+  if (!constrained.empty())
+    for (unsigned i = 0; i < v.locally_owned_size(); ++i)
+      if (constrained[i])
+        v.local_element(i) = 0;
+}
+
 void refuse_inverted_cells(const LagrangeSpace &space, double smallest_J, unsigned slot, const std::string &what) {
   const MPI_Comm communicator = space.communicator();
   const double here = std::isfinite(smallest_J) ? smallest_J : -std::numeric_limits<double>::max();

@@ -87,8 +87,8 @@ bool LagrangeSpace::is_root() const { return dealii::Utilities::MPI::this_mpi_pr
 
 namespace {
 
-/// The labels of the mesh on the boundary of its triangulation: looked up by sorted vertices, so that no orientation rule
-/// matters.
+/// The labels of the mesh on the boundary of its triangulation: looked up by sorted vertices, so that no orientation
+/// rule matters.
 void label_boundary(const geometry::Mesh &mesh, dealii::Triangulation<3> &triangulation) {
   std::map<std::vector<unsigned>, unsigned> label_of_face;
   for (const auto &face : mesh.faces) {

@@ -16,8 +16,8 @@ namespace heartbus::fem {
 
 using Vector = dealii::LinearAlgebra::distributed::Vector<double>;
 
-/// Ghost values of a vector for the time of a scope. While they are on, deal.II renews them after each change of the vector
-/// and of its copies, each time by a message.
+/// Ghost values of a vector for the time of a scope. While they are on, deal.II renews them after each change of the
+/// vector and of its copies, each time by a message.
 class GhostValues {
  public:
   explicit GhostValues(const Vector &v) : v_(v), were_on_(v.has_ghost_elements()) { v.update_ghost_values(); }
@@ -38,8 +38,9 @@ inline void copy_owned(const Vector &from, Vector &to) {
   to.copy_locally_owned_data_from(from);
 }
 
-/// The faces of one boundary label that belong to this rank's cells (see LagrangeSpace), with all that surface integrals
-/// over the reference configuration need. Index f runs over faces, q over quadrature points, a over nodes of the cell.
+/// The faces of one boundary label that belong to this rank's cells (see LagrangeSpace), with all that surface
+/// integrals over the reference configuration need. Index f runs over faces, q over quadrature points, a over nodes
+/// of the cell.
 struct BoundaryFaces {
   unsigned n_faces = 0, n_q = 0, nodes_per_cell = 0;
   std::vector<unsigned> slots;      ///< [f] cell slot

@@ -11,8 +11,8 @@
 namespace heartbus::fem {
 namespace {
 
-/// Cells that each rank will visit: its own, and those of others that touch a node of its own. Ranks that share a vertex leave
-/// it to the first of them, so that equal numbers of own cells are not equal work.
+/// Cells that each rank will visit: its own, and those of others that touch a node of its own. Ranks that share a
+/// vertex leave it to the first of them, so that equal numbers of own cells are not equal work.
 std::vector<unsigned> work_of_ranks(const dealii::Triangulation<3> &mesh, unsigned n_ranks) {
   std::vector<unsigned> owner(mesh.n_vertices(), n_ranks), work(n_ranks);
   for (const auto &cell : mesh.active_cell_iterators())
@@ -28,7 +28,8 @@ std::vector<unsigned> work_of_ranks(const dealii::Triangulation<3> &mesh, unsign
   return work;
 }
 
-/// Numbers the parts in the order of their first cells: METIS may call nearly the same parts differently in each attempt.
+/// Numbers the parts in the order of their first cells: METIS may call nearly the same parts differently in each
+/// attempt.
 void renumber(dealii::Triangulation<3> &mesh, unsigned n_ranks) {
   std::vector<unsigned> number(n_ranks, n_ranks);
   unsigned next = 0;

@@ -12,7 +12,8 @@ namespace heartbus::fem {
 
 Runtime::Runtime(MPI_Comm communicator) {
   dealii::MultithreadInfo::set_thread_limit(1);
-  // deal.II's headers reach p4est even where no forest is used; it must know the participant's communicator, not the world.
+  // deal.II's headers reach p4est even where no forest is used; it must know the participant's communicator, not the
+  // world.
   sc_init(communicator, 0, 0, nullptr, SC_LP_SILENT);
   p4est_init(nullptr, SC_LP_SILENT);
 }

@@ -2,7 +2,6 @@
 
 #include "common/fem/constraints.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/nodal_matrix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +10,7 @@ namespace heartbus::fem {
 namespace {
 
 /// int grad N_a . grad N_b + reaction N_a N_b
-void assemble(const LagrangeSpace &space, double reaction, NodalMatrix &A) {
+void assemble(const LagrangeSpace &space, double reaction, BlockMatrix<double> &A) {
   const unsigned n = space.nodes_per_cell();
   std::vector<Lanes> K(n * n);
   A.clear();
@@ -52,7 +51,7 @@ Constraints nodes_on(const LagrangeSpace &space, const std::vector<std::string> 
 Vector solve(const LagrangeSpace &space, const std::string &name, double reaction, double source,
              const Constraints &constrained, Vector u) {
   Vector residual = space.make_vector(1), correction = space.make_vector(1);
-  NodalMatrix A(space, 1);
+  BlockMatrix<double> A(space, 1);
   assemble(space, reaction, A);
   A.vmult(residual, u);
   residual *= -1;

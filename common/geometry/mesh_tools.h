@@ -19,9 +19,9 @@ void label_boundary(Mesh &mesh, const std::vector<std::string> &labels,
 /// Hexahedra filling a box; faces x_low, x_high, y_low, y_high, z_low, z_high, in this order.
 Mesh make_box(const Point3 &lower, const Point3 &upper, const std::array<unsigned, 3> &n);
 
-/// Splits every hexahedron into five tetrahedra on its own vertices; labels are kept. Diagonals of faces join vertices of
-/// one colour of the chequerboard, so that neighbours conform, and so do two meshes that share the label `interface`.
-/// Failure(scene) where the edges have no chequerboard, around rings of an odd number of cells.
+/// Splits every hexahedron into five tetrahedra on its own vertices; labels are kept. Diagonals of faces join
+/// vertices of one colour of the chequerboard, so that neighbours conform, and so do two meshes that share the label
+/// `interface`. Failure(scene) where the edges have no chequerboard, around rings of an odd number of cells.
 Mesh make_tetrahedra(const Mesh &hexahedra);
 
 /// Exact volume of the (trilinear) cells [m^3].

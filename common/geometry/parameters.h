@@ -32,9 +32,9 @@ struct PistonParameters {
 /// (doi 10.1098/rsta.2011.0139).
 struct SlabParameters {
   std::vector<double> size{20e-3, 7e-3, 3e-3};
-  double cell = 0.5e-3; ///< wanted edge of a cell; each side is divided evenly
+  double cell = 0.5e-3;      ///< wanted edge of a cell; each side is divided evenly
   std::vector<double> cells; ///< numbers of cells along x, y, z in its place
-  double hollow = 0; ///< radius of a cylinder along z which the end at low x clasps; 0: it is flat
+  double hollow = 0;         ///< radius of a cylinder along z which the end at low x clasps; 0: it is flat
   void describe(config::Section &section);
 };
 
@@ -49,7 +49,8 @@ struct TubeParameters {
 struct Parameters {
   std::string shape = "ideal_left_ventricle";
   std::string mesh = "M0"; ///< of the ventricle; of the shape `file` the mesh file
-  std::string cells = "hexahedra"; ///< or "tetrahedra": five in each hexahedron, on the same vertices; of a file what it has
+  std::string cells =
+      "hexahedra"; ///< or "tetrahedra": five in each hexahedron, on the same vertices; of a file what it has
   VentricleParameters ventricle;
   PistonParameters piston;
   SlabParameters slab;

@@ -67,10 +67,10 @@ struct Runaway {
   bool automatic_alpha = false;
 };
 
-/// What is seen, and what may help: alpha where it is above its limit or the disagreement alternates, but not below half
-/// the limit: what alternates there is driven by something else, e.g. by a tension beyond all hearts. The limit of
-/// iterations lies up to half above the border (docs/schemes.md), and they need not alternate.
-/// `pressure`: mean of the blood [Pa].
+/// What is seen, and what may help: alpha where it is above its limit or the disagreement alternates, but not below
+/// half the limit: what alternates there is driven by something else, e.g. by a tension beyond all hearts. The limit
+/// of iterations lies up to half above the border (docs/schemes.md), and they need not alternate. `pressure`: mean of
+/// the blood [Pa].
 std::string explanation(const Runaway &seen, double pressure);
 
 } // namespace heartbus::interface

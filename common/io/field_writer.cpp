@@ -20,14 +20,14 @@ void write_table(hid_t group, const std::string &name, hid_t type, hsize_t rows,
   const hsize_t extent[2] = {rows, columns};
   const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe the table " + name);
   const Hdf5Object table(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-                     "create the table " + name + " (disk full?)");
+                         "create the table " + name + " (disk full?)");
   require(H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "write the table " + name + " (disk full?)");
 }
 
 void write_time(hid_t group, double time) {
   const Hdf5Object space(H5Screate(H5S_SCALAR), H5Sclose, "describe the time");
   const Hdf5Object attribute(H5Acreate2(group, "time", H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "create the time");
+                             "create the time");
   require(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &time), "write the time");
 }
 
@@ -185,7 +185,8 @@ struct FieldWriter::Implementation {
   /// A part of the series, aside.
   void open(const std::string &part_name) {
     part = parts + "/" + part_name;
-    file = std::make_unique<Hdf5Object>(create_file(folder + part + ".tmp", "create " + folder + part + " (disk full?)"));
+    file =
+        std::make_unique<Hdf5Object>(create_file(folder + part + ".tmp", "create " + folder + part + " (disk full?)"));
   }
 
   void close() {

@@ -23,8 +23,8 @@ struct OutputMesh {
 /// `time`.
 ///
 /// All of it can be read at any time: mesh and instants are files of their own in FOLDER/NAME.parts-N, N one more than
-/// that of the run before, written aside and renamed, and never touched again; NAME.h5 links to them and is renamed into
-/// place likewise, after each instant. Collective. Throws Failure(file).
+/// that of the run before, written aside and renamed, and never touched again; NAME.h5 links to them and is renamed
+/// into place likewise, after each instant. Collective. Throws Failure(file).
 class FieldWriter {
  public:
   FieldWriter(MPI_Comm communicator, const std::string &folder, const std::string &name, const OutputMesh &mesh);

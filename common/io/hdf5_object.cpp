@@ -36,7 +36,8 @@ std::string read_text(hid_t object, const std::string &name) {
   const Hdf5Object type(H5Aget_type(attribute), H5Tclose, "read the type of attribute " + name);
   const Hdf5Object space(H5Aget_space(attribute), H5Sclose, "read the extent of attribute " + name);
   constexpr std::size_t longest = 1 << 20;
-  if (H5Tget_size(type) > longest || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || H5Sget_simple_extent_npoints(space) != 1)
+  if (H5Tget_size(type) > longest || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 ||
+      H5Sget_simple_extent_npoints(space) != 1)
     throw Failure(ExitCode::file, "attribute " + name + " is not a text");
   std::string text(H5Tget_size(type) + 1, '\0'); // in case its end is not marked
   require(H5Aread(attribute, type, text.data()), "read attribute " + name);

@@ -171,7 +171,8 @@ struct RecordingReader::Implementation {
         table(H5Dopen2(file, "values", H5P_DEFAULT), H5Dclose, "find values in the recording " + file_name),
         size(extent(table)), steps(read_all<int>(file, "step", H5T_NATIVE_INT)),
         times(read_all<double>(file, "time", H5T_NATIVE_DOUBLE)) {
-    const Hdf5Object points(H5Dopen2(file, "points", H5P_DEFAULT), H5Dclose, "find points in the recording " + file_name);
+    const Hdf5Object points(H5Dopen2(file, "points", H5P_DEFAULT), H5Dclose,
+                            "find points in the recording " + file_name);
     field = {read_text(points, "field"), read_text(points, "unit"),
              size.size() == 3 ? static_cast<unsigned>(size[2]) : 0,
              read_all<double>(file, "points", H5T_NATIVE_DOUBLE)};
@@ -227,8 +228,8 @@ std::vector<double> RecordingReader::values(std::size_t transfer) const {
           "read the recording " + from.file_name + " at t = " + std::to_string(times()[transfer]) + " s (damaged?)");
   for (std::size_t k = 0; k < values.size(); ++k)
     if (!std::isfinite(values[k]))
-      refuse("holds " + std::to_string(values[k]) + " at point " + std::to_string(k / from.size[2]) + ", t = " +
-             std::to_string(times()[transfer]) + " s, where a finite number must be");
+      refuse("holds " + std::to_string(values[k]) + " at point " + std::to_string(k / from.size[2]) +
+             ", t = " + std::to_string(times()[transfer]) + " s, where a finite number must be");
   return values;
 }
 

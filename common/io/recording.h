@@ -16,8 +16,8 @@ struct RecordedField {
 /// What has been sent in time, in one HDF5 file: `points` [point][3] [m] with the attributes `field` and `unit`;
 /// `values` [transfer][point][component], `step` and `time` [s] [transfer]. It grows as FILE.part, which is complete
 /// after every append, and becomes FILE at the end. A recording of that name stays what it is until then or the first
-/// `show`, and whoever has it open keeps it. What a run that was killed left as FILE.part becomes FILE when the next one
-/// records there, if it came farther. Errors are Failure(file).
+/// `show`, and whoever has it open keeps it. What a run that was killed left as FILE.part becomes FILE when the next
+/// one records there, if it came farther. Errors are Failure(file).
 class RecordingReader;
 class RecordingWriter {
  public:

@@ -99,9 +99,7 @@ class StateFile : public State {
 class Writer : public StateFile {
  public:
   Writer(MPI_Comm communicator, const std::string &file_name) : StateFile(communicator, file_name) {
-    on_root([&] {
-      file_.emplace(create_file(file_name, "create the state " + file_name + " (disk full?)"));
-    });
+    on_root([&] { file_.emplace(create_file(file_name, "create the state " + file_name + " (disk full?)")); });
   }
 
   void points(const std::string &name, const std::vector<double> &coordinates, double) override {

@@ -7,17 +7,16 @@
 
 namespace heartbus::fem {
 
-BlockILU::BlockILU(const RoundedMatrix &matrix)
-    : components_(matrix.components()), pattern_(matrix.pattern().factor_pattern()),
+BlockILU::BlockILU(const BlockMatrix<float> &matrix)
+    : components_(matrix.components()), pattern_(matrix.pattern()->factor_pattern()),
       factors_(components_ * components_ * pattern_->columns.size() + 1),
       work_(work_length(components_) * std::size_t(pattern_->n_rows())) {
-  const std::vector<float> ghost_blocks = pattern_->ghost_blocks(matrix);
-  const BlockRows rows{pattern_->n_ghosts,       pattern_->begin.data(), pattern_->columns.data(),
-                       pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
+  const std::vector<float> ghost_blocks = pattern_->ghost_blocks(matrix.values(), components_);
+  const RowsWithGhosts rows{pattern_->n_ghosts,       pattern_->begin.data(), pattern_->columns.data(),
+                            pattern_->sources.data(), matrix.values(),        ghost_blocks.data()};
   if (factorise_blocks(rows, factors(), factors_.data()))
     return;
-  const std::size_t n_values = matrix.pattern().row_begin()[matrix.pattern().n_rows()];
-  if (!std::all_of(matrix.values(), matrix.values() + n_values, [](float x) { return std::isfinite(x); }))
+  if (!std::all_of(matrix.values(), matrix.values() + matrix.n_entries(), [](float x) { return std::isfinite(x); }))
     throw Failure(ExitCode::not_finite, "the matrix of a linear system is not finite");
   throw Failure(ExitCode::not_converged, "the incomplete factorisation met a zero pivot");
 }
@@ -27,10 +26,10 @@ void BlockILU::vmult(Vector &y, const Vector &x) const {
   solve_block_ilu(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
-void BlockILU::vmult_threefold(Vector &y, const Vector &x) const {
+void BlockILU::vmult_3rhs(Vector &y, const Vector &x) const {
   const GhostValues ghosts(x);
   work_.resize(4 * std::size_t(pattern_->n_rows()));
-  solve_ilu_threefold(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
+  solve_ilu_3rhs(factors(), pattern_->n_ghosts, x.begin(), y.begin(), work_.data());
 }
 
 BlockFactors BlockILU::factors() const {

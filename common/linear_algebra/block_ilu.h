@@ -1,9 +1,9 @@
 #pragma once
 
 #include "common/linear_algebra/block_ilu_kernel.h"
+#include "common/linear_algebra/block_matrix.h"
 #include "common/linear_algebra/factor_pattern.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/rounded_matrix.h"
 
 #include <vector>
 
@@ -19,11 +19,11 @@ namespace heartbus::fem {
 class BlockILU : public Preconditioner {
  public:
   /// Collective. The matrix may change afterwards. Failure(not_converged) when a pivot vanishes.
-  explicit BlockILU(const RoundedMatrix &matrix);
-  explicit BlockILU(const NodalMatrix &matrix) : BlockILU(RoundedMatrix(matrix)) {}
+  explicit BlockILU(const BlockMatrix<float> &matrix);
+  explicit BlockILU(const BlockMatrix<double> &matrix) : BlockILU(BlockMatrix<float>(matrix)) {}
   void vmult(Vector &y, const Vector &x) const override;
   /// The same for each of three components of x, by the factors of a matrix of one component.
-  void vmult_threefold(Vector &y, const Vector &x) const;
+  void vmult_3rhs(Vector &y, const Vector &x) const;
 
  private:
   BlockFactors factors() const;

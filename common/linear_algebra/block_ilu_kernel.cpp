@@ -125,7 +125,7 @@ HEARTBUS_INLINE bool invert(const Column<b> *block, float *values) {
 
 /// Row by row, each from the rows of U above it; the row in hand is in double precision.
 template <unsigned b>
-HEARTBUS_INLINE bool factorise(const BlockRows &rows, const BlockFactors &ilu, float *values) {
+HEARTBUS_INLINE bool factorise(const RowsWithGhosts &rows, const BlockFactors &ilu, float *values) {
   constexpr long size = b * b;
   const int n = ilu.n_rows;
   const auto upper = [&](int i) { return ilu.end[2 * n - 2 - i]; }; // where row i of U starts
@@ -167,7 +167,7 @@ HEARTBUS_INLINE bool factorise(const BlockRows &rows, const BlockFactors &ilu, f
 
 } // namespace
 
-HEARTBUS_SIMD bool factorise_blocks(const BlockRows &rows, const BlockFactors &factors, float *values) {
+HEARTBUS_SIMD bool factorise_blocks(const RowsWithGhosts &rows, const BlockFactors &factors, float *values) {
   switch (factors.b) {
   case 1:
     return factorise<1>(rows, factors, values);
@@ -189,7 +189,7 @@ HEARTBUS_SIMD void solve_block_ilu(const BlockFactors &ilu, int n_ghosts, const 
   }
 }
 
-HEARTBUS_SIMD void solve_ilu_threefold(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
+HEARTBUS_SIMD void solve_ilu_3rhs(const BlockFactors &ilu, int n_ghosts, const double *x, double *y, double *z) {
   const auto products = [&](int first, int last) {
     return sparse_dot_of_fours(ilu.factors + first, ilu.columns + first, last - first, z);
   };

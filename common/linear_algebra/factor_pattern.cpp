@@ -1,7 +1,5 @@
 #include "common/linear_algebra/factor_pattern.h"
 
-#include "common/linear_algebra/rounded_matrix.h"
-
 #include <deal.II/base/mpi.h>
 
 #include <algorithm>
@@ -10,11 +8,11 @@
 
 namespace heartbus::fem {
 
-FactorPattern::FactorPattern(const NodalMatrix &matrix)
-    : n_ghosts(int(matrix.space().n_local_nodes() - matrix.space().n_owned_nodes())),
-      n_owned_(int(matrix.space().n_owned_nodes())) {
-  add_ghost_rows(matrix);
-  add_owned_rows(matrix);
+FactorPattern::FactorPattern(const BlockPattern &pattern)
+    : n_ghosts(int(pattern.space().n_local_nodes() - pattern.space().n_owned_nodes())),
+      communicator_(pattern.space().communicator()), n_owned_(pattern.n_rows()) {
+  add_ghost_rows(pattern);
+  add_owned_rows(pattern);
   order_factors();
 }
 
@@ -23,26 +21,21 @@ int FactorPattern::row_of(unsigned local_node) const {
   return node < n_owned_ ? n_ghosts + node : node - n_owned_;
 }
 
-void FactorPattern::add_owned_rows(const NodalMatrix &matrix) {
-  const int c = int(matrix.components()), *row_begin = matrix.row_begin();
+void FactorPattern::add_owned_rows(const BlockPattern &pattern) {
   std::vector<std::pair<int, int>> row;
-  for (int node = 0, block = 0; node < n_owned_; ++node) {
-    for (int k = row_begin[c * node]; k < row_begin[c * node + 1]; k += c, ++block)
-      row.emplace_back(row_of(matrix.column_nodes()[block]), block);
+  for (int node = 0; node < n_owned_; ++node) {
+    for (int block = pattern.begin()[node]; block < pattern.begin()[node + 1]; ++block)
+      row.emplace_back(row_of(pattern.columns()[block]), block);
     finish_row(row);
   }
 }
 
 /// Three rounds: which rows are wanted, what their columns are, and which of their blocks are to be sent.
-void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
+void FactorPattern::add_ghost_rows(const BlockPattern &pattern) {
   using Numbers = std::vector<std::uint64_t>;
   using Messages = std::map<unsigned, Numbers>;
-  const LagrangeSpace &space = matrix.space();
+  const LagrangeSpace &space = pattern.space();
   const auto partitioner = space.partitioner(1);
-  const auto first_block = [&](unsigned node) {
-    const unsigned c = matrix.components();
-    return matrix.row_begin()[c * node] / int(c * c);
-  };
   const auto exchange = [&](const Messages &messages) {
     return dealii::Utilities::MPI::some_to_some(space.communicator(), messages);
   };
@@ -56,10 +49,10 @@ void FactorPattern::add_ghost_rows(const NodalMatrix &matrix) {
   for (const auto &[rank, nodes] : exchange(wanted))
     for (const auto global : nodes) {
       const unsigned node = partitioner->global_to_local(global);
-      const int first = first_block(node), last = first_block(node + 1);
+      const int first = pattern.begin()[node], last = pattern.begin()[node + 1];
       rows[rank].insert(rows[rank].end(), {std::uint64_t(first), std::uint64_t(last - first)});
       for (int block = first; block < last; ++block)
-        rows[rank].push_back(space.global_node(matrix.column_nodes()[block]));
+        rows[rank].push_back(space.global_node(pattern.columns()[block]));
     }
 
   Messages blocks;
@@ -109,9 +102,8 @@ void FactorPattern::order_factors() {
   }
 }
 
-std::vector<float> FactorPattern::ghost_blocks(const RoundedMatrix &matrix) const {
-  const std::size_t size = matrix.components() * matrix.components();
-  const MPI_Comm communicator = matrix.pattern().space().communicator();
+std::vector<float> FactorPattern::ghost_blocks(const float *values, unsigned components) const {
+  const std::size_t size = components * components;
   std::size_t n_received = 0;
   for (const auto &[owner, count] : received_)
     n_received += count;
@@ -121,15 +113,15 @@ std::vector<float> FactorPattern::ghost_blocks(const RoundedMatrix &matrix) cons
   std::vector<MPI_Request> requests;
   float *next = received.data();
   for (const auto &[owner, count] : received_) {
-    MPI_Irecv(next, int(size * count), MPI_FLOAT, int(owner), 0, communicator, &requests.emplace_back());
+    MPI_Irecv(next, int(size * count), MPI_FLOAT, int(owner), 0, communicator_, &requests.emplace_back());
     next += size * count;
   }
   for (const auto &[rank, blocks] : sent_) {
     auto &message = messages.emplace_back();
     message.reserve(size * blocks.size());
     for (const int block : blocks)
-      message.insert(message.end(), matrix.values() + size * block, matrix.values() + size * (block + 1));
-    MPI_Isend(message.data(), int(message.size()), MPI_FLOAT, int(rank), 0, communicator, &requests.emplace_back());
+      message.insert(message.end(), values + size * block, values + size * (block + 1));
+    MPI_Isend(message.data(), int(message.size()), MPI_FLOAT, int(rank), 0, communicator_, &requests.emplace_back());
   }
   MPI_Waitall(int(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
   return received;

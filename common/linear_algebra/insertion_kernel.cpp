@@ -6,15 +6,15 @@ namespace heartbus::fem {
 namespace {
 
 /// Blocks are read once and by all lanes in turn, while they are in the innermost cache.
-template <unsigned c>
-HEARTBUS_INLINE void insert(const BatchRows &target, const Lanes *K) {
+template <unsigned c, class Number>
+HEARTBUS_INLINE void insert(const BatchBlocks<Number> &target, const Lanes *K) {
   for (unsigned b = 0; b < target.n_nodes; ++b)
     for (unsigned k = 0; k < target.n_used; ++k) {
-      double *block = target.row[k] + target.position[k][b];
+      Number *block = target.values + long(c * c) * target.position[k][b];
       const double *values = reinterpret_cast<const double *>(K + b * c * c) + target.lane[k];
-      for (unsigned i = 0; i < c; ++i)
-        for (unsigned j = 0; j < c; ++j)
-          block[i * target.length[k] + j] += values[(i * c + j) * n_lanes];
+      for (unsigned j = 0; j < c; ++j)
+        for (unsigned i = 0; i < c; ++i)
+          block[j * c + i] += Number(values[(i * c + j) * n_lanes]);
     }
 }
 
@@ -36,15 +36,15 @@ HEARTBUS_INLINE void column_by_lane(const Lanes *block, unsigned j, Float4 colum
   }
 }
 
-} // namespace
-
-HEARTBUS_SIMD void insert_blocks(const BatchBlocks &target, const Lanes *K) {
+/// The same for 4 x 4 blocks of single precision, a column at once.
+template <>
+HEARTBUS_INLINE void insert<4, float>(const BatchBlocks<float> &target, const Lanes *K) {
   for (unsigned b = 0; b < target.n_nodes; ++b)
     for (unsigned j = 0; j < 4; ++j) {
       Float4 column[4];
       column_by_lane(K + 16 * b, j, column);
       for (unsigned k = 0; k < target.n_used; ++k) {
-        float *values = target.first[k] + 4l * target.position[k][b] + 4 * j;
+        float *values = target.values + 16l * target.position[k][b] + 4 * j;
         Float4 sum;
         std::memcpy(&sum, values, sizeof sum);
         sum += column[target.lane[k]];
@@ -53,7 +53,8 @@ HEARTBUS_SIMD void insert_blocks(const BatchBlocks &target, const Lanes *K) {
     }
 }
 
-HEARTBUS_SIMD void insert_rows(const BatchRows &target, const Lanes *K) {
+template <class Number>
+HEARTBUS_INLINE void insert_all(const BatchBlocks<Number> &target, const Lanes *K) {
   switch (target.components) {
   case 1:
     return insert<1>(target, K);
@@ -63,5 +64,11 @@ HEARTBUS_SIMD void insert_rows(const BatchRows &target, const Lanes *K) {
     return insert<4>(target, K);
   }
 }
+
+} // namespace
+
+HEARTBUS_SIMD void insert_blocks(const BatchBlocks<double> &target, const Lanes *K) { insert_all(target, K); }
+
+HEARTBUS_SIMD void insert_blocks(const BatchBlocks<float> &target, const Lanes *K) { insert_all(target, K); }
 
 } // namespace heartbus::fem

@@ -3,6 +3,7 @@
 #include "common/base/failure.h"
 #include "common/linear_algebra/block_ilu.h"
 #include "common/linear_algebra/flexible_gmres.h"
+#include "common/linear_algebra/trilinos_copy.h"
 
 #include <deal.II/lac/trilinos_precondition.h>
 
@@ -17,18 +18,20 @@ using MultigridData = dealii::TrilinosWrappers::PreconditionAMG::AdditionalData;
 
 class Multigrid : public Preconditioner {
  public:
-  Multigrid(const NodalMatrix &matrix, const MultigridData &data) {
-    preconditioner_.initialize(matrix.trilinos(), data);
+  Multigrid(const BlockMatrix<double> &matrix, const MultigridData &data) : finest_(trilinos_copy(matrix)) {
+    preconditioner_.initialize(*finest_, data);
   }
   void vmult(Vector &y, const Vector &x) const override { preconditioner_.vmult(y, x); }
+  void follow(const BlockMatrix<double> &matrix) override { copy_values(matrix, *finest_); }
 
  private:
+  std::unique_ptr<Epetra_CrsMatrix> finest_; ///< on which it smooths
   dealii::TrilinosWrappers::PreconditionAMG preconditioner_;
 };
 
 class Jacobi : public Preconditioner {
  public:
-  explicit Jacobi(const NodalMatrix &matrix) : inverse_(matrix.space().make_vector(matrix.components())) {
+  explicit Jacobi(const BlockMatrix<double> &matrix) : inverse_(matrix.space().make_vector(matrix.components())) {
     matrix.diagonal(inverse_);
     for (unsigned i = 0; i < inverse_.locally_owned_size(); ++i)
       inverse_.local_element(i) = 1.0 / inverse_.local_element(i);
@@ -42,7 +45,7 @@ class Jacobi : public Preconditioner {
   Vector inverse_;
 };
 
-std::unique_ptr<Preconditioner> make_amg(const NodalMatrix &matrix) {
+std::unique_ptr<Preconditioner> make_amg(const BlockMatrix<double> &matrix) {
   const unsigned c = matrix.components();
   MultigridData data;
   data.elliptic = true;
@@ -50,14 +53,14 @@ std::unique_ptr<Preconditioner> make_amg(const NodalMatrix &matrix) {
   data.smoother_sweeps = 2;
   // The near null space: one constant a component.
   data.constant_modes.assign(c, std::vector<bool>(matrix.n_rows(), false));
-  for (int row = 0; row < matrix.n_rows(); ++row)
+  for (std::size_t row = 0; row < matrix.n_rows(); ++row)
     data.constant_modes[row % c][row] = true;
   return std::make_unique<Multigrid>(matrix, data);
 }
 
 } // namespace
 
-std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix) {
+std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const BlockMatrix<double> &matrix) {
   if (kind == "jacobi")
     return std::make_unique<Jacobi>(matrix);
   if (kind == "ilu")
@@ -126,7 +129,7 @@ std::pair<double, double> norms(const Vector &x, const Vector &y) {
   return {std::sqrt(squares[0]), std::sqrt(squares[1])};
 }
 
-LinearStatistics solve_linear(const std::string &what, const NodalMatrix &A, Vector &x, const Vector &b,
+LinearStatistics solve_linear(const std::string &what, const BlockMatrix<double> &A, Vector &x, const Vector &b,
                               const Preconditioner &preconditioner, double tolerance, unsigned max_iterations) {
   return solve(what, A, x, b, preconditioner, tolerance, max_iterations);
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/linear_algebra/nodal_matrix.h"
+#include "common/linear_algebra/block_matrix.h"
 
 #include <functional>
 #include <memory>
@@ -25,15 +25,17 @@ class Preconditioner {
  public:
   virtual ~Preconditioner() = default;
   virtual void vmult(Vector &y, const Vector &x) const = 0;
+  /// The matrix has changed: what works on the matrix itself takes its new values, the rest stays.
+  virtual void follow(const BlockMatrix<double> &) {}
 };
 
 /// "jacobi", "ilu" (see BlockILU), "amg" (ML smoothed aggregation; `elliptic`, near null space of `components`
 /// constants). Collective; keeps what it needs of the matrix, so the matrix may change afterwards.
-std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const NodalMatrix &matrix);
+std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const BlockMatrix<double> &matrix);
 
 /// Solves A x = b to |b - A x| <= tolerance * |b| by GMRES, starting from x. Zero b gives zero x.
 /// Throws Failure(not_converged) naming `what`, the iterations and the residual reached; Failure(not_finite) on NaN.
-LinearStatistics solve_linear(const std::string &what, const NodalMatrix &A, Vector &x, const Vector &b,
+LinearStatistics solve_linear(const std::string &what, const BlockMatrix<double> &A, Vector &x, const Vector &b,
                               const Preconditioner &preconditioner, double tolerance, unsigned max_iterations = 500);
 
 /// The same for an operator y = A x that is not a matrix, e.g. a matrix plus a dense term of low rank.

@@ -11,7 +11,8 @@ namespace heartbus::fem {
 ///
 ///     x_{k+1} = G(x_k) - sum_i c_i (G(x_{i+1}) - G(x_i)),     c minimising |r_k - sum_i c_i (r_{i+1} - r_i)|
 ///
-/// over the last `depth` differences; depth 0 is the plain iteration. A linear G in n dimensions needs n + 1 evaluations.
+/// over the last `depth` differences; depth 0 is the plain iteration. A linear G in n dimensions needs n + 1
+/// evaluations.
 template <class Vector>
 class Anderson {
  public:
@@ -47,7 +48,8 @@ class Anderson {
       differences_.pop_back();
   }
 
-  /// Least squares by orthogonalising the differences, the newest first; those that add nothing to the others are skipped.
+  /// Least squares by orthogonalising the differences, the newest first; those that add nothing to the others are
+  /// skipped.
   Vector extrapolated(Vector r, const Vector &G) const {
     std::vector<Vector> q;
     std::vector<const Pair *> used;

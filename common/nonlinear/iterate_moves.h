@@ -1,6 +1,7 @@
 #pragma once
 
-#include <array>
+#include "common/nonlinear/extrapolation.h"
+
 #include <cstddef>
 #include <deque>
 #include <optional>
@@ -17,12 +18,11 @@ class IterateMoves {
  public:
   /// Moves x, the extrapolated state (iteration 0) or the last iterate, to where the next iterate is expected.
   void predict(int iteration, Vector &x) const {
-    static constexpr std::array<std::array<double, 3>, 3> weights{{{1, 0, 0}, {2, -1, 0}, {3, -3, 1}}};
     std::size_t known = 0;
     while (known < history_.size() && std::size_t(iteration) < history_[known].size())
       ++known;
     for (std::size_t age = 0; age < known; ++age)
-      x.add(weights[known - 1][age], history_[age][iteration]);
+      x.add(extrapolation_weight(known, age), history_[age][iteration]);
   }
   /// The iterate that was found; a correction of it counts as the next one.
   void record(int iteration, const Vector &x) {

@@ -6,8 +6,8 @@
 
 namespace heartbus::fem {
 
-/// Four numbers side by side, those of a node or of a row or column of a block, in a register. Loaded and stored by copies,
-/// since they lie anywhere in an array: a cast pointer would promise an alignment that is not there.
+/// Four numbers side by side, those of a node or of a row or column of a block, in a register. Loaded and stored by
+/// copies, since they lie anywhere in an array: a cast pointer would promise an alignment that is not there.
 typedef double Double4 __attribute__((vector_size(32)));
 
 HEARTBUS_INLINE Double4 load4(const double *x) {

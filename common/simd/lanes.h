@@ -12,8 +12,8 @@ inline constexpr unsigned n_lanes = 4;
 typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
 
 /// Put in front of a kernel's entry point: the compiler makes a version for each listed machine and the program picks
-/// one when it starts. The levels name instruction sets; a clone for "arch=skylake-avx512" would serve that one processor
-/// only. Everything the kernel calls is inlined into it (flatten), else it would run the default version.
+/// one when it starts. The levels name instruction sets; a clone for "arch=skylake-avx512" would serve that one
+/// processor only. Everything the kernel calls is inlined into it (flatten), else it would run the default version.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 #define HEARTBUS_SIMD __attribute__((flatten, target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else

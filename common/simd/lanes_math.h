@@ -61,7 +61,8 @@ HEARTBUS_INLINE Lanes exp(const Lanes &x) {
                            1. / 120, 1. / 24, 1. / 6, 1. / 2, 1., 1.);
 }
 
-/// tanh x = a / (a + 2), a = e^2x - 1 = 2^n (e^r - 1) + (2^n - 1), which loses nothing near 0; from |x| = 20 on it is +-1.
+/// tanh x = a / (a + 2), a = e^2x - 1 = 2^n (e^r - 1) + (2^n - 1), which loses nothing near 0; from |x| = 20 on it is
+/// +-1.
 HEARTBUS_INLINE Lanes tanh(const Lanes &x) {
   const auto [r, two_to_n] = reduce(2.0 * clamp(x, 20));
   const Lanes a = two_to_n * (r * horner(r, 1. / 479001600, 1. / 39916800, 1. / 3628800, 1. / 362880, 1. / 40320,

@@ -25,6 +25,17 @@ HEARTBUS_INLINE Mat3<T> identity() {
   return a;
 }
 
+/// F = I + grad d = I + sum_a d_a x g_a over the n nodes of a cell: d(a, i), gradients [a][3].
+template <class T, class Displacement>
+HEARTBUS_INLINE Mat3<T> deformation_gradient(unsigned n, const Displacement &d, const T *gradients) {
+  Mat3<T> F = identity<T>();
+  for (unsigned a = 0; a < n; ++a)
+    for (unsigned i = 0; i < 3; ++i)
+      for (unsigned j = 0; j < 3; ++j)
+        F[i][j] += d(a, i) * gradients[3 * a + j];
+  return F;
+}
+
 template <class T>
 HEARTBUS_INLINE Mat3<T> operator+(const Mat3<T> &a, const Mat3<T> &b) {
   Mat3<T> c;

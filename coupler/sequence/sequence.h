@@ -51,9 +51,9 @@ Sequence make_sequence(const CouplingParameters &coupling);
 /// What blood and wall are told of the interface, by participant.
 std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene);
 
-/// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers that
-/// one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers that one of
-/// the two does not know.
+/// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers
+/// that one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers
+/// that one of the two does not know.
 Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 /// A node of the sequence with repetitions written out, those without a fixed number once.
@@ -71,7 +71,8 @@ std::string to_lines(const Nodes &step, const std::string &indent = "  ");
 std::string to_text(const Sequence &sequence);
 
 /// Throws Failure(handshake) unless: everyone solves and commits once, nobody acts after its commit, each
-/// input that somebody offers is received before the first solve or task that reads it, and each field sent has been computed.
+/// input that somebody offers is received before the first solve or task that reads it, and each field sent has been
+/// computed.
 void check(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 } // namespace heartbus::coupler

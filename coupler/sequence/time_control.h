@@ -11,9 +11,9 @@ namespace heartbus::coupler {
 /// The time axis: steps of one size, t^n = n dt without accumulated rounding, and beats of one period.
 class TimeControl {
  public:
-  /// At every so many steps the participants drop all that is not in their state, and only there a run is saved or stopped
-  /// on request: so a restarted run has the very bits of one that was not interrupted. Small enough to stop soon, large
-  /// enough that making preconditioners and tangents anew costs next to nothing.
+  /// At every so many steps the participants drop all that is not in their state, and only there a run is saved or
+  /// stopped on request: so a restarted run has the very bits of one that was not interrupted. Small enough to stop
+  /// soon, large enough that making preconditioners and tangents anew costs next to nothing.
   static constexpr int refresh_interval = 20;
   static bool refreshes_at(int number) { return number % refresh_interval == 0; }
   /// The first such step from this one on, or the last step of all: so far the run is foreseeable.

@@ -59,6 +59,9 @@ class IonicModel {
   /// Which state is the calcium of the cytosol, and the factor that turns it into uM.
   virtual unsigned calcium_state() const = 0;
   virtual double calcium_to_micromolar() const = 0;
+  /// Speed of a plane front in tissue at rest, over the root of the conductivity [s^-1/2]: the monodomain equation
+  /// knows no length but sqrt(D) times the square root of time. tests/unit/front_speed.cpp measures it.
+  virtual double front_speed() const = 0;
 
   /// All nodes in the same state.
   std::vector<fem::Lanes> uniform_states(std::size_t n_nodes, const std::vector<double> &states) const;

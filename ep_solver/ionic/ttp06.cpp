@@ -92,12 +92,14 @@ HEARTBUS_SIMD void midpoint_chunk(const CellType &cell, unsigned n_nodes, const 
 
 class TTP06 : public IonicModel {
  public:
-  TTP06(const CellType &cell, const InitialStates &initial) : cell_(cell), initial_(initial) {}
+  TTP06(const CellType &cell, const InitialStates &initial, double front_speed)
+      : cell_(cell), initial_(initial), front_speed_(front_speed) {}
 
   unsigned n_states() const override { return ttp06::n_states; }
   unsigned n_kept() const override { return ttp06::n_kept; }
   unsigned calcium_state() const override { return Ca_i; }
   double calcium_to_micromolar() const override { return 1e3; }
+  double front_speed() const override { return front_speed_; }
 
   CellState initial_state(const std::string &kind) const override {
     const Row &row = kind == "published" ? initial_.published : initial_.limit_cycle;
@@ -135,12 +137,13 @@ class TTP06 : public IonicModel {
  private:
   const CellType &cell_;
   const InitialStates &initial_;
+  const double front_speed_;
 };
 
 } // namespace
 
-std::unique_ptr<IonicModel> make_ttp06_epi() { return std::make_unique<TTP06>(epi, epi_states); }
-std::unique_ptr<IonicModel> make_ttp06_endo() { return std::make_unique<TTP06>(endo, endo_states); }
-std::unique_ptr<IonicModel> make_ttp06_mid() { return std::make_unique<TTP06>(mid, mid_states); }
+std::unique_ptr<IonicModel> make_ttp06_epi() { return std::make_unique<TTP06>(epi, epi_states, 62.2); }
+std::unique_ptr<IonicModel> make_ttp06_endo() { return std::make_unique<TTP06>(endo, endo_states, 62.8); }
+std::unique_ptr<IonicModel> make_ttp06_mid() { return std::make_unique<TTP06>(mid, mid_states, 62.9); }
 
 } // namespace heartbus::ep

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/simd/lanes_math.h"
+#include "ep_solver/ionic/gating.h"
 
 #include <array>
 
@@ -40,22 +40,6 @@ inline constexpr double K_o = 5.4, Na_o = 140, Ca_o = 2;                 // mM
 inline constexpr double C_m = 0.185, V_c = 0.016404, V_sr = 0.001094, V_ss = 5.468e-5;
 
 template <class T>
-HEARTBUS_INLINE T square(const T &x) {
-  return x * x;
-}
-
-template <class T>
-HEARTBUS_INLINE T absolute(const T &x) {
-  return x < 0.0 ? -x : x;
-}
-
-/// Rises from 0 to 1 around `centre`, over a few `slope`s (falls when the slope is negative).
-template <class T>
-HEARTBUS_INLINE T sigmoid(const T &v, double centre, double slope) {
-  return 1.0 / (1.0 + exp((centre - v) * (1 / slope)));
-}
-
-template <class T>
 HEARTBUS_INLINE T bell(const T &v, double centre, double width) {
   return exp(square(v - centre) * (-1 / width));
 }
@@ -68,11 +52,6 @@ HEARTBUS_INLINE T bernoulli(const T &x, const T &exp_x) {
                    x2 * (1. / 12 + x2 * (-1. / 720 + x2 * (1. / 30240 + x2 * (-1. / 1209600 + x2 * (1. / 47900160)))));
   return x2 < 0.09 ? series : x / (exp_x - 1.0);
 }
-
-template <class T>
-struct Gate {
-  T inf, tau; ///< limit and time constant [ms]
-};
 
 template <class T>
 HEARTBUS_INLINE Gate<T> gate_h(const T &v) {
@@ -199,12 +178,6 @@ HEARTBUS_INLINE Outcome<T> finish_step(const CellType &cell, const T &v, const S
                                        double dt, double i_app = 0) {
   const T error = step_concentrations(currents(cell, v, y_n), y_n, y_n, y_np1, dt, i_app);
   return {currents(cell, v, y_np1).sum(), error};
-}
-
-/// e^-s for s >= 0 by the Pade approximant (0, 4): positive, falling to 0, right to s^5 / 120.
-template <class T>
-HEARTBUS_INLINE T decay(const T &s) {
-  return 1.0 / (1.0 + s * (1.0 + s * (0.5 + s * (1. / 6 + s * (1. / 24)))));
 }
 
 /// The exponential midpoint rule (ionic_model.h), `v` in the middle of the step: first the concentrations there,

@@ -3,7 +3,9 @@
 #include "common/units/units.h"
 #include "ep_solver/ionic/ionic_models.h"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 namespace heartbus::ep {
 
@@ -39,11 +41,35 @@ void ConductivityParameters::describe(config::Section &s) {
   s.quantity("normal", normal, "m^2/s", config::non_negative, "across the sheets");
 }
 
+void EikonalParameters::describe(config::Section &s) {
+  s.quantity_or("speed", speed, "m/s", config::between(0.01, 10, "fronts in hearts travel at about 0.7 m/s"), "auto",
+                automatic_speed,
+                "of a plane front along the fibres, in other directions as the root of the conductivity; auto: of the "
+                "ionic model in tissue of this conductivity");
+}
+
+void PrescribedParameters::describe(config::Section &s) {
+  s.text("activation", activation,
+         "file with a time for each node, as a run leaves it in fields/activation.h5; empty: all nodes at once");
+  if (!activation.empty()) {
+    activation = s.file("activation", activation);
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(activation, error))
+      s.fail("activation", "there is no file " + activation);
+  }
+  config::Section &transient = s.section("calcium", "over the time since activation; default: of the ionic model");
+  calcium.describe(transient, "uM", config::between(0, 100, "cells have 0.1 to 2 uM"), "calcium of the cytosol");
+  if (has_calcium() && calcium.times.front() < 0)
+    transient.fail("times", "must not begin before the activation, at 0 s");
+}
+
 void Parameters::describe(config::Section &s) {
   std::vector<std::string> models;
 #define HEARTBUS_NAME(name, make) models.emplace_back(name);
   HEARTBUS_IONIC_MODELS(HEARTBUS_NAME)
 #undef HEARTBUS_NAME
+  s.choice("model", model, {"monodomain", "eikonal", "prescribed"},
+           "how the wall is activated: by the monodomain equation; by a front of given speed; at prescribed times");
   s.integer("degree", degree, {1, 2}, "of the elements; 2 on tetrahedra only, with nodes at the middle of edges too");
   s.integer_or(
       "refinements", refinements, {0, 5}, "auto", automatic_refinements,
@@ -59,6 +85,10 @@ void Parameters::describe(config::Section &s) {
            "limit_cycle: end of a beat after 800 beats of 800 ms; published: with the model");
   conductivity.describe(s.section("conductivity", "over membrane area and capacitance"));
   stimulus.describe(s.section("stimulus", "applied current"));
+  eikonal.describe(s.section("eikonal", "of the model eikonal"));
+  prescribed.describe(s.section("prescribed", "of the model prescribed"));
+  if (model == "eikonal" && std::min({conductivity.fibre, conductivity.sheet, conductivity.normal}) <= 0)
+    s.fail("conductivity", "the model eikonal needs one above 0 m^2/s in all directions, or its front never crosses");
   s.number("tolerance", tolerance, {1e-14, 1e-2}, "of the linear solver, relative to the whole right-hand side");
   s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of GMRES; the paper's is amg");
 }

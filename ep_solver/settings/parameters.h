@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/config/section.h"
+#include "common/config/table.h"
 
 #include <string>
 #include <vector>
@@ -33,8 +33,24 @@ struct ConductivityParameters {
   void describe(config::Section &section);
 };
 
+/// Of the model eikonal.
+struct EikonalParameters {
+  double speed = 0.8; ///< of a plane front along the fibres [m/s]; in other directions as the root of the conductivity
+  bool automatic_speed = true; ///< in place of `speed`: that of the ionic model in tissue of this conductivity
+  void describe(config::Section &section);
+};
+
+/// Of the model prescribed.
+struct PrescribedParameters {
+  std::string activation; ///< file of times of activation; empty: all of the wall at the beginning of each beat
+  config::Table calcium;  ///< [uM], over the time since activation; fewer than two entries: that of the ionic model
+  bool has_calcium() const { return calcium.values.size() > 1; }
+  void describe(config::Section &section);
+};
+
 /// The keys of the scene block `electrophysiology`.
 struct Parameters {
+  std::string model = "monodomain";
   int degree = 1; ///< of the elements; 2: on tetrahedra, with nodes at the middle of edges too
   int refinements = 1;
   bool automatic_refinements = true; ///< in place of `refinements`: as few as bring nodes within `longest_edge`
@@ -46,6 +62,8 @@ struct Parameters {
   std::string initial_state = "limit_cycle";
   ConductivityParameters conductivity;
   StimulusParameters stimulus;
+  EikonalParameters eikonal;
+  PrescribedParameters prescribed;
   double tolerance = 1e-6;
   std::string preconditioner = "ilu"; ///< measured cheapest: 3 iterations where jacobi takes 28 and amg 10
   void describe(config::Section &section);

@@ -11,11 +11,12 @@ struct Inflow {
   double energy() const { return flow > 0 ? power / flow : 0; } ///< per volume [Pa]
 };
 
-/// Recognises inflow that runs away. With sigma n = -p n blood comes in with its kinetic energy for free: where the flow
-/// is uneven, fast blood lets in faster blood, until cells are inverted or the coupling fails (docs/decisions/006).
-/// Blood at rest that is pushed in by a pressure gets no more energy per volume than that pressure (Bernoulli); jets
-/// through an orifice of a coarse mesh have a few times the mean. Hence the measure: energy per volume over the largest
-/// push since the orifice opened. A beat has 2 to 4, the runaway passes 100 some 10 ms before anything else fails.
+/// Recognises inflow that runs away. With sigma n = -p n blood comes in with its kinetic energy for free: where the
+/// flow is uneven, fast blood lets in faster blood, until cells are inverted or the coupling fails
+/// (docs/decisions/006). Blood at rest that is pushed in by a pressure gets no more energy per volume than that
+/// pressure (Bernoulli); jets through an orifice of a coarse mesh have a few times the mean. Hence the measure:
+/// energy per volume over the largest push since the orifice opened. A beat has 2 to 4, the runaway passes 100 some
+/// 10 ms before anything else fails.
 class InflowWatch {
  public:
   /// A new opening begins.

@@ -12,12 +12,8 @@ using fem::Vec3;
 
 template <unsigned n>
 HEARTBUS_INLINE Mat3<Lanes> deformation_gradient(const NavierStokesCells &in, unsigned q) {
-  Mat3<Lanes> F = fem::identity<Lanes>();
-  for (unsigned a = 0; a < n; ++a)
-    for (unsigned i = 0; i < 3; ++i)
-      for (unsigned j = 0; j < 3; ++j)
-        F[i][j] += in.motion[3 * a + i] * in.gradients[(q * n + a) * 3 + j];
-  return F;
+  return fem::deformation_gradient(
+      n, [&](unsigned a, unsigned i) { return in.motion[3 * a + i]; }, in.gradients + q * n * 3);
 }
 
 /// A nodal field of three components at quadrature point q.

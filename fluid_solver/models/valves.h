@@ -23,18 +23,20 @@ struct AtOrifice {
   double flow = 0;     ///< in the direction in which the valve lets it pass [m^3/s]
 };
 
-/// Passive valves (paper, section 2.7): each opens when the pressure upstream exceeds that downstream and closes when the
-/// flow through it vanishes or reverses. Both start closed.
+/// Passive valves (paper, section 2.7): each opens when the pressure upstream exceeds that downstream and closes when
+/// the flow through it vanishes or reverses. Both start closed.
 ///
 /// A valve opens when both the mean pressure of the cavity and that at the orifice are beyond the pressure on the other
-/// side. While the ventricle contracts behind closed valves its blood is accelerated towards the apex or the base, and the
-/// mean may be above the aorta's while the blood at the valve is not: a valve that goes by the mean opens to a reverse flow
-/// (measured on MXS, monolithic: 0.5 mL/s, and chatter). And in the steps after a valve has closed the pressure at the
-/// orifice has a peak of some ten Pa, since flow there was stopped within a step, that the cavity does not see.
+/// side. While the ventricle contracts behind closed valves its blood is accelerated towards the apex or the base,
+/// and the mean may be above the aorta's while the blood at the valve is not: a valve that goes by the mean opens to
+/// a reverse flow (measured on MXS, monolithic: 0.5 mL/s, and chatter). And in the steps after a valve has closed the
+/// pressure at the orifice has a peak of some ten Pa, since flow there was stopped within a step, that the cavity
+/// does not see.
 ///
-/// Beyond the paper are what keeps the first decisions apart from round-off, since the beat starts in equilibrium with the
-/// atrium (p0 = p_MV): a hysteresis, or a guard at the start; at most one switch a step; and, unless it is 0, a blanking
-/// time. `update` decides from what the previous step has committed, so that iterations within a step see one state.
+/// Beyond the paper are what keeps the first decisions apart from round-off, since the beat starts in equilibrium
+/// with the atrium (p0 = p_MV): a hysteresis, or a guard at the start; at most one switch a step; and, unless it is
+/// 0, a blanking time. `update` decides from what the previous step has committed, so that iterations within a step
+/// see one state.
 class Valves {
  public:
   enum Phase { isovolumetric_contraction, ejection, isovolumetric_relaxation, filling, diastasis };
@@ -42,7 +44,8 @@ class Valves {
 
   explicit Valves(const ValveRules &rules) : rules_(rules) {}
 
-  /// Decides at time t (since the start) with the mean pressure of the cavity [Pa]. Says which valve switched and why, if one did.
+  /// Decides at time t (since the start) with the mean pressure of the cavity [Pa]. Says which valve switched and
+  /// why, if one did.
   std::optional<std::string> update(double t, double mean_pressure, const AtOrifice &mitral, const AtOrifice &aortic);
 
   /// Where the wall's motion is prescribed, and with it the flow: one of the two is always open, the aortic valve while

@@ -10,7 +10,7 @@ namespace heartbus::mech {
 ///
 ///     ds/dt = f(s, calcium, sarcomere length),   permissivity G(s) in [0, 1],   tension T = T_max G(s).
 ///
-/// To add one: a header and a source here, a line in make_active_model, a unit test.
+/// To add one: a header and a source in this folder, a test in tests/unit, a line in force_models.h.
 class ActiveModel {
  public:
   virtual ~ActiveModel() = default;
@@ -26,7 +26,7 @@ class ActiveModel {
   virtual bool clamps(double sarcomere_length) const = 0;
 };
 
-/// "rdq18_ann"; Failure(scene) lists what there is otherwise.
+/// `name` is one of force_models.h; Failure(scene) otherwise.
 std::unique_ptr<ActiveModel> make_active_model(const std::string &name);
 
 } // namespace heartbus::mech

@@ -88,6 +88,8 @@ HEARTBUS_SIMD void network(const double *x, double *output) {
 
 } // namespace
 
+std::unique_ptr<ActiveModel> make_rdq18_ann() { return std::make_unique<Rdq18Ann>(); }
+
 std::vector<double> Rdq18Ann::initial_state() const { return {0.00149278707634298, 0}; }
 
 void Rdq18Ann::rate(const double *s, double calcium, double sarcomere_length, double *ds) const {

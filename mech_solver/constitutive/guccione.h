@@ -20,10 +20,22 @@ struct Guccione {
   double a_ff = 8, a_ss = 6, a_nn = 3, a_fs = 12, a_fn = 3, a_sn = 3;
   double kappa = 50e3; ///< bulk modulus of the penalty [Pa]
 
+  static constexpr const char *meaning = "transversely anisotropic exponential law of passive myocardium";
+  void describe(config::Section &s) {
+    s.quantity("c", c, "Pa", config::positive, "stiffness of the exponential");
+    s.number("a_ff", a_ff, config::non_negative, "exponent along the fibre");
+    s.number("a_ss", a_ss, config::non_negative, "exponent along the sheet");
+    s.number("a_nn", a_nn, config::non_negative, "exponent along the sheet normal");
+    s.number("a_fs", a_fs, config::non_negative, "exponent of shear fibre-sheet");
+    s.number("a_fn", a_fn, config::non_negative, "exponent of shear fibre-normal");
+    s.number("a_sn", a_sn, config::non_negative, "exponent of shear sheet-normal");
+    s.quantity("kappa", kappa, "Pa", config::positive, "bulk modulus");
+  }
+
   Symmetric<double> coefficients() const { return {a_ff, a_ss, a_nn, a_fs, a_fn, a_sn}; }
 
   template <class T>
-  HEARTBUS_INLINE T exponent(const Symmetric<T> &C) const {
+  HEARTBUS_INLINE T exponent(const Symmetric<T> &C, const T &) const {
     Symmetric<T> A;
     return exponent(C, A);
   }
@@ -31,7 +43,7 @@ struct Guccione {
   template <class T>
   HEARTBUS_INLINE T energy(const Mat3<T> &F) const {
     const T J = fem::determinant(F);
-    return 0.5 * c * (exp(exponent(right_cauchy_green(F))) - 1.0) + 0.5 * kappa * (J - 1.0) * log(J);
+    return 0.5 * c * (exp(exponent(right_cauchy_green(F), J)) - 1.0) + 0.5 * kappa * (J - 1.0) * log(J);
   }
 
   template <class T>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/config/section.h"
 #include "common/simd/lanes_math.h"
 #include "common/simd/small_matrix.h"
 
@@ -13,10 +14,16 @@ using fem::log;
 using fem::Mat3;
 using fem::sqrt;
 
-/// A constitutive law is a small struct with pure functions of the deformation, for T = double or fem::Lanes:
+/// A constitutive law is a small struct: its parameters with their keys in the scene,
+///
+///     double ..., kappa                           the last one its bulk modulus [Pa]
+///     static constexpr const char *meaning        what it is, in a few words
+///     void describe(config::Section &)            keys, units and ranges of the parameters
+///
+/// and pure functions of the deformation, for T = double or fem::Lanes:
 ///
 ///     T energy(F)                                 W, from which the unit tests derive everything else [Pa]
-///     T exponent(C)                               the argument of its exponential, 0 when there is none
+///     T exponent(C, J)                            the largest argument of its exponentials, 0 when there is none
 ///     Volumetric<T> volumetric(J)                 of its energy of volume U(J), a part of W
 ///     void stress(C, J, volumetric, S)            second Piola-Kirchhoff stress S = dW/dE
 ///     void stress_and_tangent(C, J, volumetric, S, D)     and the material tangent D = dS/dE
@@ -27,6 +34,8 @@ using fem::sqrt;
 /// All tensors are given in the fibre frame: F's columns are the images of the fibre, sheet and normal directions and
 /// C = F^T F. So a law never sees the directions themselves, and rotating a specimen is the caller's business. J is
 /// passed on its own because a left-handed frame would turn its sign.
+///
+/// laws.h has the list of all laws.
 ///
 /// Symmetric tensors are six numbers in the order ff, ss, nn, fs, fn, sn (tensor components, no factors of two), and
 /// D[ij][kl] = dS_ij/dE_kl with both minor symmetries, so that dS_ij = sum_kl D[ij][kl] dE_kl over all nine pairs.

@@ -14,8 +14,14 @@ struct NeoHookean {
   double mu = 5e6;    ///< shear modulus [Pa]
   double kappa = 5e6; ///< bulk modulus [Pa]
 
+  static constexpr const char *meaning = "isotropic law";
+  void describe(config::Section &s) {
+    s.quantity("mu", mu, "Pa", config::positive, "shear modulus");
+    s.quantity("kappa", kappa, "Pa", config::positive, "bulk modulus");
+  }
+
   template <class T>
-  HEARTBUS_INLINE T exponent(const Symmetric<T> &) const {
+  HEARTBUS_INLINE T exponent(const Symmetric<T> &, const T &) const {
     return T{};
   }
 

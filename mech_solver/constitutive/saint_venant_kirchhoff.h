@@ -14,10 +14,16 @@ struct SaintVenantKirchhoff {
   double mu = 5e5;                ///< shear modulus [Pa]
   double kappa = 2333333.3333333; ///< bulk modulus [Pa]
 
+  static constexpr const char *meaning = "isotropic law, linear in Green's strain";
+  void describe(config::Section &s) {
+    s.quantity("mu", mu, "Pa", config::positive, "shear modulus");
+    s.quantity("kappa", kappa, "Pa", config::positive, "bulk modulus");
+  }
+
   double lambda() const { return kappa - 2.0 / 3.0 * mu; }
 
   template <class T>
-  HEARTBUS_INLINE T exponent(const Symmetric<T> &) const {
+  HEARTBUS_INLINE T exponent(const Symmetric<T> &, const T &) const {
     return T{};
   }
 

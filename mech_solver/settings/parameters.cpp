@@ -1,28 +1,15 @@
 #include "mech_solver/settings/parameters.h"
 
+#include "common/base/failure.h"
+#include "common/units/nearest.h"
+#include "mech_solver/active/force_models.h"
+
 namespace heartbus::mech {
 
 namespace {
 
 constexpr config::Range pressure_range =
     config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
-
-void describe_law(Guccione &law, config::Section &s) {
-  s.quantity("c", law.c, "Pa", config::positive, "stiffness of the exponential");
-  s.number("a_ff", law.a_ff, config::non_negative, "exponent along the fibre");
-  s.number("a_ss", law.a_ss, config::non_negative, "exponent along the sheet");
-  s.number("a_nn", law.a_nn, config::non_negative, "exponent along the sheet normal");
-  s.number("a_fs", law.a_fs, config::non_negative, "exponent of shear fibre-sheet");
-  s.number("a_fn", law.a_fn, config::non_negative, "exponent of shear fibre-normal");
-  s.number("a_sn", law.a_sn, config::non_negative, "exponent of shear sheet-normal");
-  s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
-}
-
-template <class Isotropic>
-void describe_moduli(Isotropic &law, config::Section &s) {
-  s.quantity("mu", law.mu, "Pa", config::positive, "shear modulus");
-  s.quantity("kappa", law.kappa, "Pa", config::positive, "bulk modulus");
-}
 
 /// Blocks whose names the scene chooses.
 template <class Parameters>
@@ -36,8 +23,9 @@ std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all,
 } // namespace
 
 void ActiveParameters::describe(config::Section &s) {
-  s.choice("model", model, {"rdq18_ann", "prescribed", "none"},
-           "force generation; prescribed: 'tension' everywhere; none: a passive solid");
+  std::vector<std::string> models = force_model_names();
+  models.insert(models.end(), {"prescribed", "none"});
+  s.choice("model", model, models, "force generation; prescribed: 'tension' everywhere; none: a passive solid");
   s.quantity("tension_max", tension_max, "Pa", config::non_negative, "tension at full permissivity");
   s.quantity(
       "sarcomere_length", sarcomere_length, "um", config::between(1, 3),
@@ -65,12 +53,20 @@ void LoadParameters::describe(config::Section &s) {
     s.fail("label", "which boundary part does this load act on?");
 }
 
+Law MaterialParameters::chosen_law() const {
+#define HEARTBUS_CHOOSE(Law, name)                                                                                     \
+  if (law == #name)                                                                                                    \
+    return name;
+  HEARTBUS_LAWS(HEARTBUS_CHOOSE)
+#undef HEARTBUS_CHOOSE
+  throw Failure(ExitCode::scene, "there is no law '" + law + "'; there are " + config::joined(law_names()));
+}
+
 void MaterialParameters::describe(config::Section &s) {
-  s.choice("law", law, {"guccione", "neo_hookean", "saint_venant_kirchhoff"}, "constitutive law");
-  describe_law(guccione, s.section("guccione", "transversely anisotropic exponential law of passive myocardium"));
-  describe_moduli(neo_hookean, s.section("neo_hookean", "isotropic law"));
-  describe_moduli(saint_venant_kirchhoff,
-                  s.section("saint_venant_kirchhoff", "isotropic law, linear in Green's strain"));
+  s.choice("law", law, law_names(), "constitutive law");
+#define HEARTBUS_DESCRIBE(Law, name) name.describe(s.section(#name, Law::meaning));
+  HEARTBUS_LAWS(HEARTBUS_DESCRIBE)
+#undef HEARTBUS_DESCRIBE
   s.quantity("density", density, "kg/m^3", config::positive, "in the reference configuration");
 }
 

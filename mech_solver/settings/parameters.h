@@ -2,9 +2,7 @@
 
 #include "common/config/section.h"
 #include "common/config/table.h"
-#include "mech_solver/constitutive/guccione.h"
-#include "mech_solver/constitutive/neo_hookean.h"
-#include "mech_solver/constitutive/saint_venant_kirchhoff.h"
+#include "mech_solver/constitutive/laws.h"
 
 #include <map>
 #include <string>
@@ -30,8 +28,8 @@ struct PericardiumParameters {
   void describe(config::Section &section);
 };
 
-/// What pushes or pulls at one part of the boundary: a pressure that follows the surface, and a traction that stays what
-/// it is per area at rest, in time.
+/// What pushes or pulls at one part of the boundary: a pressure that follows the surface, and a traction that stays
+/// what it is per area at rest, in time.
 struct LoadParameters {
   std::string label;
   config::Table pressure;                ///< from outside [Pa]
@@ -40,13 +38,14 @@ struct LoadParameters {
   void describe(config::Section &section);
 };
 
-/// What the wall is made of.
+/// What the wall is made of: the name of its law, and the parameters of each law under the law's name.
 struct MaterialParameters {
   std::string law = "guccione";
-  Guccione guccione;
-  NeoHookean neo_hookean;
-  SaintVenantKirchhoff saint_venant_kirchhoff;
+#define HEARTBUS_MEMBER(Law, name) Law name;
+  HEARTBUS_LAWS(HEARTBUS_MEMBER)
+#undef HEARTBUS_MEMBER
   double density = 1000; ///< [kg/m^3]
+  Law chosen_law() const;
   void describe(config::Section &section);
 };
 

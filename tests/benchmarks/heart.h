@@ -38,6 +38,4 @@ inline fem::Vector smooth_motion(const fem::LagrangeSpace &space) {
   return d;
 }
 
-inline double n_entries(const fem::NodalMatrix &matrix) { return matrix.row_begin()[matrix.n_rows()]; }
-
 } // namespace heartbus::benchmarks

@@ -6,15 +6,15 @@
 /// time its data need to move or its arithmetic needs at these rates.
 namespace heartbus::benchmarks {
 
-/// Bytes a second of a = b + s c over arrays that no private cache holds (McCalpin's STREAM triad, writes counted twice:
-/// a line is read before it is written).
+/// Bytes a second of a = b + s c over arrays that no private cache holds (McCalpin's STREAM triad, writes counted
+/// twice: a line is read before it is written).
 double bandwidth();
 
 /// Floating-point operations a second of independent fused multiply-adds, in the widest vectors there are.
 double peak_rate();
 
-/// What one iteration of a benchmark deals with. Bytes: what must at least come from or go to memory; flops: additions and
-/// multiplications.
+/// What one iteration of a benchmark deals with. Bytes: what must at least come from or go to memory; flops:
+/// additions and multiplications.
 struct Work {
   double items = 1, bytes = 0, flops = 0;
 };

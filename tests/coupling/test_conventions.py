@@ -77,6 +77,12 @@ class Conventions(unittest.TestCase):
                     upwards.append(f"{file.relative_to(SOURCE)} includes {name}")
         self.assertEqual(upwards, [])
 
+    def test_lines_are_short(self):
+        files = [*sources(*ALL, "scene", "tests"), *(SOURCE / "api").glob("*.hpp"), *(SOURCE / "examples").rglob("*.c*")]
+        long = [f"{file.relative_to(SOURCE)}:{number}" for file in files
+                for number, line in enumerate(file.read_text(encoding="utf-8").split("\n"), 1) if len(line) > 120]
+        self.assertEqual(long, [])
+
     def test_headers_are_included_once(self):
         headers = [file for file in sources(*ALL) if file.suffix == ".h"]
         once = re.compile(r"#pragma once|#ifndef HEARTBUS_H\n#define HEARTBUS_H\n")  # the latter is C

@@ -186,7 +186,7 @@ class Docs(unittest.TestCase):
             for span in document.spans:
                 key = re.match(r"([a-z]\w*(\.\w+)+)(: .*|=.*)?$", span)
                 path = key[1].split(".") if key else [""]
-                if path[0] in blocks and path[-1] not in ("yaml", "h5", "xdmf", "csv", "json"):
+                if path[0] in blocks and path[-1] not in ("yaml", "h5", "xdmf", "csv", "json", "py"):
                     with self.subTest(document=document.name, key=key[1]):
                         value = functools.reduce(lambda tree, name: (tree or {}).get(name), path, defaults)
                         self.assertIsNotNone(value, "there is no such key")

@@ -1,6 +1,7 @@
-// validate LIST: what `coupler --validate` says to each line of LIST, the coupler's arguments separated by tabs. One process
-// for many, so that thousands take seconds; whoever crashes or hangs takes only itself along. Prints a line for each:
-// exit code or name of the signal, a tab, and what was said. validate --print SCENE prints the scene with all its keys.
+// validate LIST: what `coupler --validate` says to each line of LIST, the coupler's arguments separated by tabs. One
+// process for many, so that thousands take seconds; whoever crashes or hangs takes only itself along. Prints a line
+// for each: exit code or name of the signal, a tab, and what was said. validate --print SCENE prints the scene with
+// all its keys.
 #include "coupler/options.h"
 #include "scene/scene.h"
 

@@ -239,9 +239,9 @@ double dynamic_error(double dt, bool tetrahedra) {
     };
   };
   ElasticityProblem &problem = body.problem;
-  problem.d_n = body.interpolate(displacement(0));
-  problem.d_nm1 = body.interpolate(displacement(-dt));
-  fem::Vector d = problem.d_n;
+  problem.past[0] = body.interpolate(displacement(0));
+  problem.past[1] = body.interpolate(displacement(-dt));
+  fem::Vector d = problem.past[0];
   const auto &springs = parameters.pericardium;
   for (double t = dt; t < 0.1 + dt / 2; t += dt) {
     const double s = std::sin(omega * t), rate = omega * std::cos(omega * t);
@@ -264,8 +264,7 @@ double dynamic_error(double dt, bool tetrahedra) {
       body.add_surface_load(
           label, [&](const geometry::Point3 &) { return P; }, pull);
     problem.solve_dynamic(dt, d);
-    problem.d_nm1 = problem.d_n;
-    problem.d_n = d;
+    problem.past.push(d);
   }
   return body.error(d, displacement(0.1));
 }
@@ -429,7 +428,7 @@ double alpha_limit(Column &column, double dt, double share = 0) {
   limit.begin(dt, 0);
   for (int probe = 0; probe < 12; ++probe) {
     fem::Vector wall_velocity = column.space.make_vector(3);
-    column.problem.respond(wall_velocity, limit.force());
+    column.problem.solve_tangent(wall_velocity, limit.force());
     wall_velocity *= -share / dt;
     limit.add(wall_velocity);
   }
@@ -466,10 +465,10 @@ TEST(Elasticity, NoMotionOfTheInterfaceHasLessThanTheSmallestImpedance) {
     fem::zero_constrained(x, column.problem.constrained());
     x.update_ghost_values();
     fem::Vector Mx = column.space.make_vector(3), w(Mx);
-    surface.apply_mass(column.problem.d_n, x, Mx);
+    surface.apply_mass(column.problem.past[0], x, Mx);
     Mx.zero_out_ghost_values();
     fem::zero_constrained(Mx, column.problem.constrained());
-    column.problem.respond(w, Mx);
+    column.problem.solve_tangent(w, Mx);
     found = std::min(found, dt * (x * Mx) / (Mx * w));
   }
   EXPECT_GT(found, 0.99 * smallest);

@@ -106,7 +106,8 @@ TEST(Fibres, FramesAreOrthonormalAndRightHandedEverywhereInTheVentricle) {
   }
 }
 
-/// In the corners of this cup are cells with all vertices on the endocardium, without a transmural gradient of their own.
+/// In the corners of this cup are cells with all vertices on the endocardium, without a transmural gradient of their
+/// own.
 TEST(Fibres, AreLaidInCellsWithAllVerticesOnOneSide) {
   geometry::Mesh mesh = flat_wall();
   for (auto &face : mesh.faces)
@@ -145,8 +146,8 @@ std::pair<double, double> differences_of_rules(const char *mesh) {
 
 } // namespace
 
-/// On the ventricle with a flat base, the general rule lays the fibres of the special one, the better the finer the mesh: on
-/// the edges of the O-grid three cells meet, and gradients are rough there.
+/// On the ventricle with a flat base, the general rule lays the fibres of the special one, the better the finer the
+/// mesh: on the edges of the O-grid three cells meet, and gradients are rough there.
 TEST(Fibres, BetweenApexAndRingsAreThoseBelowAFlatBase) {
   const auto coarse = differences_of_rules("MXS"), fine = differences_of_rules("M0");
   EXPECT_LT(fine.first, 2);

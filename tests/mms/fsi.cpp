@@ -81,7 +81,7 @@ struct Run {
       solid.solve_static(d);
     }
     solid.interface_pressure = 0;
-    solid.d_n = solid.d_nm1 = d;
+    solid.past.fill(d);
     fluid.start(lifted());
   }
   virtual ~Run() = default;
@@ -92,16 +92,15 @@ struct Run {
       set_tension(step * dt);
       solid.time = step * dt;
       fluid.prepare(lifted());
-      d.sadd(2, -1, solid.d_nm1);
+      d.sadd(2, -1, solid.past[1]);
       solve();
       fluid.commit();
-      solid.d_nm1 = solid.d_n;
-      solid.d_n = d;
+      solid.past.push(d);
     }
   }
   void set_tension(double time) { solid.tension = scene.tension + time * scene.tension_rate; }
   const Vector &lifted() {
-    const Vector on_interface = to_fluid(solid.d_n);
+    const Vector on_interface = to_fluid(solid.past[0]);
     for (const unsigned node : map.fluid_nodes())
       for (unsigned i = 0; i < 3; ++i)
         motion.local_element(3 * node + i) = on_interface.local_element(4 * node + i);
@@ -166,7 +165,7 @@ struct RobinNeumann : Run {
     solid.load = to_solid(L);
     solid.solve_dynamic(dt, d);
     Vector v = d;
-    v -= solid.d_n;
+    v -= solid.past[0];
     v *= 1 / dt;
     fluid.solve(to_fluid(v), L, iteration);
     return fluid.blood_force();

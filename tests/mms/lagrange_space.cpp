@@ -6,8 +6,7 @@
 #include "common/geometry/shapes.h"
 #include "common/linear_algebra/block_ilu.h"
 #include "common/linear_algebra/linear_solver.h"
-#include "common/linear_algebra/nodal_matrix.h"
-#include "common/linear_algebra/rounded_matrix.h"
+#include "common/linear_algebra/trilinos_copy.h"
 #include "mpi_test_main.h"
 
 using namespace heartbus;
@@ -18,7 +17,7 @@ namespace {
 
 double global_sum(double x) { return dealii::Utilities::MPI::sum(x, MPI_COMM_WORLD); }
 
-void assemble_laplace(const fem::LagrangeSpace &space, fem::NodalMatrix &A) {
+void assemble_laplace(const fem::LagrangeSpace &space, fem::BlockMatrix<double> &A) {
   const unsigned n = space.nodes_per_cell();
   std::vector<Lanes> K(n * n);
   A.clear();
@@ -40,7 +39,7 @@ double exact(const geometry::Point3 &x) { return std::sin(2 * x[0]) * std::cos(3
 double poisson_error(const geometry::Mesh &mesh, unsigned refinements, unsigned degree) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, mesh, refinements, degree);
   const unsigned n = space.nodes_per_cell();
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   std::vector<std::uint8_t> constrained(space.n_local_nodes());
   for (const auto &label : space.labels()) {
     const auto on = space.nodes_on(label);
@@ -178,9 +177,9 @@ TEST(LagrangeSpace, WhatTheFirstRankRefusesEndsAll) {
   }
 }
 
-TEST(NodalMatrix, RowsAreCompleteWithoutCommunication) {
+TEST(BlockMatrix, RowsAreCompleteWithoutCommunication) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4}));
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   assemble_laplace(space, A);
   fem::Vector x = space.make_vector(1), y = space.make_vector(1);
   for (unsigned i = 0; i < space.n_owned_nodes(); ++i)
@@ -192,21 +191,27 @@ TEST(NodalMatrix, RowsAreCompleteWithoutCommunication) {
   EXPECT_LT(y.linfty_norm(), 1e-13);
 }
 
-TEST(NodalMatrix, MultipliesAsTrilinosDoes) {
+TEST(BlockMatrix, MultipliesAsTrilinosDoes) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
   for (const unsigned c : {1u, 3u, 4u}) {
-    fem::NodalMatrix A(space, c);
-    for (int row = 0; row < A.n_rows(); ++row)
-      for (int k = A.row_begin()[row]; k < A.row_begin()[row + 1]; ++k)
-        A.values()[k] = std::sin(1. + row + 3. * k);
+    fem::BlockMatrix<double> A(space, c);
+    for (std::size_t k = 0; k < A.n_entries(); ++k)
+      A.values()[k] = std::sin(1. + 3. * k);
     fem::Vector x = space.make_vector(c), y = x, z = x;
     for (unsigned k = 0; k < x.locally_owned_size(); ++k)
       x.local_element(k) = std::cos(1. + k);
     A.vmult(y, x);
     EXPECT_FALSE(x.has_ghost_elements());
-    A.trilinos().vmult(z, x);
+    auto copy = fem::trilinos_copy(A);
+    Epetra_Vector x_copy(copy->DomainMap()), y_copy(copy->RangeMap());
+    std::copy_n(x.begin(), A.n_rows(), &x_copy[0]);
+    copy->Multiply(false, x_copy, y_copy);
+    std::copy_n(&y_copy[0], A.n_rows(), z.begin());
     z -= y;
     EXPECT_LT(z.linfty_norm(), 1e-12 * y.linfty_norm());
+    fem::BlockMatrix<float>(A).vmult(z, x);
+    z -= y;
+    EXPECT_LT(z.linfty_norm(), 1e-6 * y.linfty_norm());
   }
 }
 
@@ -225,9 +230,9 @@ TEST(LagrangeSpace, PoissonConvergesWithOrderTwoAndThreeOnTetrahedra) {
   EXPECT_NEAR(std::log2(poisson_error(mesh(3), 0, 2) / poisson_error(mesh(6), 0, 2)), 3, 0.3);
 }
 
-TEST(NodalMatrix, ThreefoldProductIsThatOfEachComponent) {
+TEST(BlockMatrix, ThreefoldProductIsThatOfEachComponent) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   assemble_laplace(space, A);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     A.add_diagonal(node, 1);
@@ -235,8 +240,8 @@ TEST(NodalMatrix, ThreefoldProductIsThatOfEachComponent) {
   fem::Vector x = space.make_vector(3), y(x), z(x), x_i = space.make_vector(1), y_i(x_i), z_i(x_i);
   for (unsigned k = 0; k < x.locally_owned_size(); ++k)
     x.local_element(k) = std::cos(7. * k);
-  A.vmult_threefold(y, x);
-  ilu.vmult_threefold(z, x);
+  A.vmult_3rhs(y, x);
+  ilu.vmult_3rhs(z, x);
   for (unsigned i = 0; i < 3; ++i) {
     for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
       x_i.local_element(node) = x.local_element(3 * node + i);
@@ -249,9 +254,9 @@ TEST(NodalMatrix, ThreefoldProductIsThatOfEachComponent) {
   }
 }
 
-TEST(NodalMatrix, ConstraintsLeaveTheDiagonalOnly) {
+TEST(BlockMatrix, ConstraintsLeaveTheDiagonalOnly) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
-  fem::NodalMatrix A(space, 3);
+  fem::BlockMatrix<double> A(space, 3);
   fem::Constraints constrained(3 * space.n_local_nodes());
   fem::fix_vector(space, 3, space.labels().front(), constrained);
   A.set_constraints(constrained);
@@ -271,15 +276,19 @@ TEST(NodalMatrix, ConstraintsLeaveTheDiagonalOnly) {
     EXPECT_EQ(y.local_element(k) > 0, !constrained[k]);
 }
 
-TEST(RoundedMatrix, AssembledInSinglePrecisionItIsTheSameMatrix) {
-  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
-  fem::NodalMatrix A(space, 4), copy(space, 4);
-  fem::Constraints constrained(4 * space.n_local_nodes());
-  fem::fix_vector(space, 4, space.labels().front(), constrained);
+namespace {
+
+/// Assembles the same cells in both, with constraints on one side.
+void compare_precisions(const fem::LagrangeSpace &space, unsigned c) {
+  fem::BlockMatrix<double> A(space, c);
+  fem::BlockMatrix<float> rounded(A.pattern(), c);
+  fem::Constraints constrained(c * space.n_local_nodes());
+  if (c >= 3)
+    fem::fix_vector(space, c, space.labels().front(), constrained);
   A.set_constraints(constrained);
-  fem::RoundedMatrix rounded(A);
+  rounded.set_constraints(constrained);
   const unsigned n = space.nodes_per_cell();
-  std::vector<Lanes> K(16 * n * n);
+  std::vector<Lanes> K(c * c * n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
     for (std::size_t k = 0; k < K.size(); ++k)
       for (unsigned lane = 0; lane < n_lanes; ++lane)
@@ -288,23 +297,31 @@ TEST(RoundedMatrix, AssembledInSinglePrecisionItIsTheSameMatrix) {
     A.add_batch(batch, same.data());
     rounded.add_batch(batch, K.data());
   }
-  fem::Vector x = space.make_vector(4), y(x), z(x);
+  fem::Vector x = space.make_vector(c), y(x), z(x);
   for (unsigned k = 0; k < x.locally_owned_size(); ++k)
     x.local_element(k) = std::cos(7. * k);
   A.vmult(y, x);
   rounded.vmult(z, x);
   z -= y;
   EXPECT_LT(z.linfty_norm(), 1e-6 * y.linfty_norm());
-  rounded.copy_to(copy);
-  for (int k = 0; k < A.row_begin()[A.n_rows()]; ++k)
+  const fem::BlockMatrix<double> copy(rounded);
+  for (std::size_t k = 0; k < A.n_entries(); ++k)
     EXPECT_NEAR(copy.values()[k], A.values()[k], 1e-5);
+}
+
+} // namespace
+
+TEST(BlockMatrix, AssembledInSinglePrecisionItIsTheSameMatrix) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
+  for (const unsigned c : {1u, 3u, 4u})
+    compare_precisions(space, c);
 }
 
 namespace {
 
 unsigned iterations_with_ilu(MPI_Comm communicator) {
   const fem::LagrangeSpace space(communicator, geometry::make_box({0, 0, 0}, {1, 1, 1}, {16, 16, 16}));
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   assemble_laplace(space, A);
   fem::Vector x = space.make_vector(1), b(x);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
@@ -340,7 +357,7 @@ struct Identity : fem::Preconditioner {
 
 TEST(SolveLinear, ReachesItsToleranceThroughRestartsAndWithAnyPreconditioner) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {12, 12, 12}));
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   assemble_laplace(space, A);
   fem::Vector x = space.make_vector(1), b(x), r(x);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
@@ -360,7 +377,7 @@ TEST(SolveLinear, ReachesItsToleranceThroughRestartsAndWithAnyPreconditioner) {
 TEST(SolveLinear, KeepsItsBasisOrthogonal) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {8, 8, 8}));
   constexpr unsigned n_eigenvalues = 20;
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   fem::Vector x = space.make_vector(1), b(x), r(x);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node) {
     b.local_element(node) = 1 + node % 3;
@@ -375,7 +392,7 @@ TEST(SolveLinear, KeepsItsBasisOrthogonal) {
 
 TEST(SolveLinear, SaysHowFarItCame) {
   const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {6, 6, 6}));
-  fem::NodalMatrix A(space, 1);
+  fem::BlockMatrix<double> A(space, 1);
   assemble_laplace(space, A);
   fem::Vector x = space.make_vector(1), b(x);
   b.local_element(0) = 1;

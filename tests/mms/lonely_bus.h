@@ -23,8 +23,8 @@ struct LonelyBus : bus::Declaration {
               const std::vector<double> &values) override {
     outputs[name] = &values;
   }
-  void input(const std::string &name, const std::string &, unsigned, const std::string &,
-             std::vector<double> &values, const std::string &) override {
+  void input(const std::string &name, const std::string &, unsigned, const std::string &, std::vector<double> &values,
+             const std::string &) override {
     inputs[name] = &values;
   }
   void task(const std::string &name, std::function<void(const bus::Step &)> action) override { tasks[name] = action; }

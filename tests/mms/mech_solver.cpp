@@ -113,7 +113,7 @@ TEST(MechSolver, FirstWallForceIsTheResidualAtTheNewTension) {
   EXPECT_GT(largest_difference(wall.get("wall_force"), old_force), 1e-9);
   // After the inflation there is neither inertia nor damping: the static forces are the whole residual.
   fem::Vector forces = wall.space.make_vector(3);
-  wall.solver.problem().solid_forces(wall.solver.problem().d_n, forces);
+  wall.solver.problem().solid_forces(wall.solver.problem().past[0], forces);
   const auto on = wall.space.nodes_on("interface");
   std::vector<double> residual;
   for (unsigned i = 0; i < 3 * wall.space.n_owned_nodes(); ++i)
@@ -159,7 +159,7 @@ TEST(MechSolver, KnowsItsVolumeAndWhereSarcomeresAreClamped) {
     return dealii::Utilities::MPI::sum(wall.bus.scalars.at(scalar)(), MPI_COMM_WORLD);
   };
   double own = 0; // volume as the inflation has left it, by the determinant of each cell's mean gradient
-  const fem::GhostValues ghosts(wall.solver.problem().d_n);
+  const fem::GhostValues ghosts(wall.solver.problem().past[0]);
   for (unsigned batch = 0; batch < wall.space.n_owned_batches(); ++batch)
     for (unsigned q = 0; q < wall.space.n_q(); ++q)
       for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
@@ -168,7 +168,7 @@ TEST(MechSolver, KnowsItsVolumeAndWhereSarcomeresAreClamped) {
         for (unsigned a = 0; a < n; ++a)
           for (unsigned i = 0; i < 3; ++i)
             for (unsigned j = 0; j < 3; ++j)
-              F[i][j] += wall.solver.problem().d_n.begin()[3 * wall.space.cell_nodes(slot)[a] + i] *
+              F[i][j] += wall.solver.problem().past[0].begin()[3 * wall.space.cell_nodes(slot)[a] + i] *
                          wall.space.gradients(batch)[(q * n + a) * 3 + j][lane];
         if (wall.space.slot_owned(slot))
           own += dealii::determinant(F) * wall.space.JxW(batch)[q][lane];

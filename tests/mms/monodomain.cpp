@@ -101,8 +101,9 @@ struct Bar {
     return tetrahedra ? geometry::make_tetrahedra(bar) : bar;
   }
   /// `substeps` 0: as many as the error estimate asks for.
-  static ep::Parameters make_parameters(int substeps, const std::string &integrator) {
+  static ep::Parameters make_parameters(int substeps, const std::string &integrator, const std::string &ionic_model) {
     ep::Parameters p;
+    p.ionic_model = ionic_model;
     p.integrator = integrator;
     p.substeps = substeps;
     p.automatic_substeps = substeps == 0;
@@ -113,8 +114,9 @@ struct Bar {
     return p;
   }
   Bar(double length, unsigned n_cells, const Conductivity &D, int substeps = 1,
-      const std::string &integrator = "imex_euler", MPI_Comm communicator = MPI_COMM_WORLD, unsigned tetrahedra = 0)
-      : parameters(make_parameters(substeps, integrator)),
+      const std::string &integrator = "imex_euler", MPI_Comm communicator = MPI_COMM_WORLD, unsigned tetrahedra = 0,
+      const std::string &ionic_model = "ttp06_epi")
+      : parameters(make_parameters(substeps, integrator, ionic_model)),
         space(communicator, mesh(length, n_cells, tetrahedra > 0), 0, tetrahedra > 0 ? tetrahedra : 1),
         solver(space, D(space), parameters) {}
 
@@ -335,7 +337,8 @@ TEST(Monodomain, GoesAheadWhereNothingHappens) {
   EXPECT_LE(computed, 7); // 0.8 ms each
   while (bar.solver.substeps() > 0 || bar.solver.end() < bar.time + 2.5e-4)
     bar.run(1, 1e-4);
-  const std::string folder = testing::TempDir() + "ahead_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
+  const std::string folder =
+      testing::TempDir() + "ahead_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
   if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
     std::filesystem::create_directories(folder);
   MPI_Barrier(MPI_COMM_WORLD);
@@ -351,6 +354,47 @@ TEST(Monodomain, GoesAheadWhereNothingHappens) {
     again.run(1, 1e-4);
     EXPECT_EQ(again.solver.substeps(), bar.solver.substeps());
     EXPECT_EQ(again.solver.calcium(), bar.solver.calcium());
+  }
+}
+
+/// The minimal model takes the same substeps, steps ahead and checkpoints.
+TEST(Monodomain, TheMinimalModelIsAsRightWithStepsOfItsOwnChoiceAndGoesOnWithTheSameBits) {
+  const Conductivity D = diagonal(1.68e-4, 1.68e-4, 1.68e-4);
+  const auto bar_of = [&](int substeps, const std::string &integrator) {
+    return std::make_unique<Bar>(10e-3, 20, D, substeps, integrator, MPI_COMM_WORLD, 0, "bueno_orovio_epi");
+  };
+  const auto bar = bar_of(0, "exponential_midpoint"), fine = bar_of(64, "exponential_midpoint"),
+             euler = bar_of(64, "imex_euler");
+  unsigned most = 0;
+  for (int n = 0; n < 150; ++n) { // 60 ms
+    bar->run(1, 4e-4);
+    most = std::max(most, bar->solver.substeps());
+  }
+  fine->run(150, 4e-4);
+  euler->run(150, 4e-4);
+  EXPECT_GE(most, 4u);
+  EXPECT_LE(bar->solver.substeps(), 1u);
+  EXPECT_NEAR(bar->activation(10e-3), fine->activation(10e-3), 0.012 * fine->activation(10e-3));
+  EXPECT_NEAR(euler->activation(10e-3), fine->activation(10e-3), 0.012 * fine->activation(10e-3));
+  for (unsigned i = 0; i < bar->space.n_owned_nodes(); ++i) {
+    EXPECT_NEAR(bar->solver.calcium()[i], fine->solver.calcium()[i], 0.01 * fine->solver.calcium()[i]);
+    EXPECT_NEAR(bar->solver.potential().local_element(i), fine->solver.potential().local_element(i), 1e-3);
+  }
+  const std::string folder =
+      testing::TempDir() + "minimal_on_" + std::to_string(dealii::Utilities::MPI::n_mpi_processes(MPI_COMM_WORLD));
+  if (dealii::Utilities::MPI::this_mpi_process(MPI_COMM_WORLD) == 0)
+    std::filesystem::create_directories(folder);
+  MPI_Barrier(MPI_COMM_WORLD);
+  const bus::Step now{bar->number, 0, bar->time, 4e-4};
+  bar->solver.save_state(folder, now);
+  const auto again = bar_of(0, "exponential_midpoint");
+  again->solver.load_state(folder, now);
+  again->time = bar->time;
+  again->number = bar->number;
+  for (int n = 0; n < 20; ++n) {
+    bar->run(1, 4e-4);
+    again->run(1, 4e-4);
+    EXPECT_EQ(again->solver.calcium(), bar->solver.calcium());
   }
 }
 

@@ -64,7 +64,9 @@ struct Wall {
     solver.solve_step(step);
     solver.commit_step(step);
   }
-  double get(const std::string &scalar) { return dealii::Utilities::MPI::sum(bus.scalars.at(scalar)(), MPI_COMM_WORLD); }
+  double get(const std::string &scalar) {
+    return dealii::Utilities::MPI::sum(bus.scalars.at(scalar)(), MPI_COMM_WORLD);
+  }
 };
 
 /// A box of two halves, the upper one a region of its own.
@@ -198,7 +200,8 @@ TEST(WallAlone, RegionsHaveALawADensityAndATensionOfTheirOwn) {
   test::LonelyBus bus;
   solver.declare(bus);
   bus.tasks.at("inflate")({});
-  const double top = dealii::Utilities::MPI::sum(bus.scalars.at("top_z")(), MPI_COMM_WORLD), shortened = 100 / E_strain * L / 2;
+  const double top = dealii::Utilities::MPI::sum(bus.scalars.at("top_z")(), MPI_COMM_WORLD),
+               shortened = 100 / E_strain * L / 2;
   EXPECT_NEAR(top, -shortened, 5e-3 * shortened) << "the lower half alone contracts";
 }
 

@@ -64,6 +64,24 @@ TEST(Circulation, ArteriesRunEmptyExponentiallyInDiastole) {
 TEST(Circulation, TheAnswerDoesNotDependOnTheGuess) {
   for (const double old : {90 * mL, 104 * mL, 140 * mL}) {
     Circulation one(windkessel()), other(windkessel());
-    EXPECT_NEAR(one.solve(answer(100 * mL, 1e-9, 0), old, dt), other.solve(answer(100 * mL, 1e-9, 20000), old, dt), 1e-6);
+    EXPECT_NEAR(one.solve(answer(100 * mL, 1e-9, 0), old, dt), other.solve(answer(100 * mL, 1e-9, 20000), old, dt),
+                1e-6);
+  }
+}
+
+/// A jet of area A costs rho/2 (Q / A)^2; the blood lost is that of the volume, to rounding.
+TEST(Circulation, JetsCostTheirKineticEnergy) {
+  CirculationParameters parameters = windkessel();
+  parameters.aortic_area = 2.5e-4;
+  parameters.mitral_area = 3e-4;
+  for (const double old : {90 * mL, 104 * mL, 140 * mL}) { // filling, closed, ejection
+    Circulation circulation(parameters);
+    const double p = circulation.solve(answer(100 * mL, 1e-9, 3000), old, dt);
+    const double in = circulation.mitral_flow(), out = circulation.aortic_flow();
+    EXPECT_NEAR(100 * mL + 1e-9 * p - old, dt * (in - out), 1e-18);
+    const double loss_in = 1e6 * in + 530 * std::pow(in / 3e-4, 2),
+                 loss_out = 1.3e7 * out + 530 * std::pow(out / 2.5e-4, 2);
+    EXPECT_NEAR(std::max(1333 - p, 0.), loss_in, 1e-9 * std::abs(p));
+    EXPECT_NEAR(std::max(p - circulation.arterial_pressure(), 0.), loss_out, 1e-9 * std::abs(p));
   }
 }

@@ -183,7 +183,8 @@ TEST(Indicators, WithoutValvesVolumesAreTheExtremeOnes) {
   const auto result = indicators(history, period);
   EXPECT_NEAR(result["V_max_mL"], 120, 1e-10);
   EXPECT_NEAR(result["V_min_mL"], 58.5, 1e-10);
-  for (const char *key : {"EF_percent", "EDV_mL", "ESV_mL", "ILI_C_percent", "ILI_R_percent", "phases", "aortic_opens_ms"})
+  for (const char *key :
+       {"EF_percent", "EDV_mL", "ESV_mL", "ILI_C_percent", "ILI_R_percent", "phases", "aortic_opens_ms"})
     EXPECT_FALSE(result.contains(key)) << key;
 }
 

@@ -63,6 +63,19 @@ TEST(Scene, AShortKeyIsTheOneThatTheSceneUses) {
   EXPECT_EQ(complaint("scene: a", {"wall=12 mm"}), "");
 }
 
+TEST(Scene, AKeyOfALawIsUsedWhereTheWallOrARegionHasTheLaw) {
+  const std::string piston =
+      "geometry: {shape: piston}\nparticipants: {mech: , ale: , fluid: }\nfluid: {no_slip: []}\nlifting: {fixed: []}\n"
+      "mechanics: {fixed: [], pericardium: {labels: []}, regions: {box: {law: neo_hookean}}}\n";
+  EXPECT_EQ(complaint(piston, {"guccione.kappa=1 kPa"}), "");
+  EXPECT_EQ(complaint(piston, {"mechanics.neo_hookean.mu=1 kPa"}), ""); // which the region takes
+  EXPECT_EQ(complaint(piston, {"box.neo_hookean.mu=1 kPa"}), "");
+  for (const auto &[setting, why] :
+       {std::pair{"box.guccione.kappa=1 kPa", "'mechanics.regions.box.law' is neo_hookean"},
+        {"mechanics.saint_venant_kirchhoff.mu=1 kPa", "'mechanics.law' is guccione"}})
+    EXPECT_NE(complaint(piston, {setting}).find(why), std::string::npos) << complaint(piston, {setting});
+}
+
 TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
   const std::string radius = complaint("scene: a", {"radius=0.1 mm"});
   EXPECT_NE(radius.find("--set radius: this scene does not use 'geometry.tube.radius': 'geometry.shape' is "
@@ -73,7 +86,9 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
   for (const auto &[setting, why] : {std::pair{"mu=1 kPa", "'mechanics.law' is guccione"},
                                      {"inlet.pressure.values=[1 kPa]", "'fluid.inlet.label' is empty"},
                                      {"epsilon=1e-6", "'coupling.scheme' is EFS1"},
-                                     {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"}})
+                                     {"fibres.direction=[1, 0, 0]", "'fibres.rule' is transmural"},
+                                     {"eikonal.speed=0.7 m/s", "'electrophysiology.model' is monodomain"},
+                                     {"prescribed.calcium.values=[1 uM]", "'electrophysiology.model' is monodomain"}})
     EXPECT_NE(complaint("scene: a", {setting}).find(why), std::string::npos)
         << setting << complaint("scene: a", {setting});
   const std::string alone = "participants: {ep: }\ncoupling: {scheme: one_way}\n";
@@ -84,6 +99,9 @@ TEST(Scene, AValueForAKeyThatTheSceneDoesNotUseIsRefusedWithTheReason) {
       "")
       << "a program from elsewhere may use any key";
   EXPECT_EQ(complaint("participants: {mech: }\ncoupling: {scheme: one_way}\n", {"period=0.5 s"}), "");
+  EXPECT_NE(complaint("electrophysiology: {model: eikonal}", {"substep_tolerance=0.2"})
+                .find("'electrophysiology.model' is eikonal"),
+            std::string::npos);
   const std::string one_pressure =
       "participants: {mech: , circulation: {program: cavity_solver}}\ncoupling: {scheme: circulation}\n";
   EXPECT_EQ(complaint(one_pressure, {"aortic_pressure=9 kPa"}), "");
@@ -215,7 +233,19 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
       {"participants: {':': {program: x}}", "cannot name a participant"},
       {"participants: {-n: {program: x}}", "cannot name a participant"},
       {"participants: {ep: {program: \"a\\0b\"}}", "control characters"},
-      {"fibres: {angle_endo: 60 rad}", "half a turn is 3.14 rad"}};
+      {"fibres: {angle_endo: 60 rad}", "half a turn is 3.14 rad"},
+      {"electrophysiology: {model: eikonl}", "did you mean 'eikonal'?"},
+      {"electrophysiology: {ionic_model: bueno_orovio}", "bueno_orovio_epi"},
+      {"electrophysiology: {eikonal: {speed: 600 m/s}}", "fronts in hearts travel at about 0.7 m/s"},
+      {"electrophysiology: {model: eikonal, conductivity: {normal: 0 m^2/s}}", "or its front never crosses"},
+      {"electrophysiology: {model: prescribed, prescribed: {activation: none.h5}}",
+       "key 'electrophysiology.prescribed.activation': there is no file "},
+      {"electrophysiology: {prescribed: {calcium: {times: [0 ms, 2 ms, 1 ms], values: [1 uM, 1 uM, 1 uM]}}}",
+       "key 'electrophysiology.prescribed.calcium.times': must ascend"},
+      {"electrophysiology: {prescribed: {calcium: {times: [-1 ms, 1 ms], values: [1 uM, 2 uM]}}}",
+       "must not begin before the activation"},
+      {"electrophysiology: {prescribed: {calcium: {times: [0 ms, 1 ms], values: [1 mM, 2 uM]}}}",
+       "1000 uM is out of range"}};
   for (const auto &[text, reason] : cases)
     EXPECT_NE(complaint(text).find(reason), std::string::npos) << text << ": " << complaint(text);
 }

@@ -112,8 +112,9 @@ TEST(Sequence, IterationsGoOnFromTheOneBefore) {
 TEST(Sequence, TheLimitOfAlphaIsFoundNowAndThenAndDoesNotCountIterations) {
   const Sequence sequence = scheme("EFS1");
   EXPECT_NE(
-      to_text(sequence).find("every 1000 steps (begin_probe mech; begin_probe fluid; 12 times (probe_force mech->fluid; probe fluid; "
-                             "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
+      to_text(sequence).find(
+          "every 1000 steps (begin_probe mech; begin_probe fluid; 12 times (probe_force mech->fluid; probe fluid; "
+          "probe_velocity fluid->mech; probe mech); end_probe mech); alpha_limit mech->fluid"),
       std::string::npos)
       << to_text(sequence);
   int probes = 0;
@@ -217,8 +218,7 @@ TEST(Sequence, EachPhysicsRunsAlone) {
 }
 
 TEST(Sequence, AParticipantWithoutAPartIsRefused) {
-  EXPECT_NE(complaint(scheme("E1FSinf"), heart()).find("'mech' must be solved and committed"),
-            std::string::npos);
+  EXPECT_NE(complaint(scheme("E1FSinf"), heart()).find("'mech' must be solved and committed"), std::string::npos);
 }
 
 TEST(Sequence, AnInputReadBeforeItIsWrittenIsRefused) {
@@ -281,7 +281,7 @@ TEST(Sequence, WhoWorksLastPassesTheTurnBeforeItReports) {
   const auto last_kinds_of = [](const std::string &participant) {
     std::vector<Kind> kinds;
     for (const auto &[who, command] : commands(cast(scheme("one_way"), without(without(heart(), "ale"), "fluid")).step,
-                                        {{{"ep", "mech", "calcium"}, 0}}, {}))
+                                               {{{"ep", "mech", "calcium"}, 0}}, {}))
       if (who == participant)
         kinds.push_back(command.kind);
     return std::vector<Kind>(kinds.end() - 3, kinds.end());
@@ -311,11 +311,12 @@ TEST(Sequence, ASchemeIsPrintedLineByLineAsItIsDefined) {
   CouplingParameters coupling;
   coupling.scheme = "E1FS";
   coupling.iterations = 2;
-  EXPECT_EQ(to_lines(coupler::scheme(coupling).step),
-            "\n  solve ep\n  calcium ep->mech\n  prepare mech\n  displacement mech->ale\n  solve ale\n"
-            "  mesh_motion ale->fluid\n  2 times\n    wall_velocity mech->fluid\n    wall_force mech->fluid\n"
-            "    solve fluid\n    blood_force fluid->mech\n    solve mech\n  wall_velocity mech->fluid\n  budget fluid\n"
-            "  commit ep\n  commit mech\n  commit ale\n  commit fluid");
+  EXPECT_EQ(
+      to_lines(coupler::scheme(coupling).step),
+      "\n  solve ep\n  calcium ep->mech\n  prepare mech\n  displacement mech->ale\n  solve ale\n"
+      "  mesh_motion ale->fluid\n  2 times\n    wall_velocity mech->fluid\n    wall_force mech->fluid\n"
+      "    solve fluid\n    blood_force fluid->mech\n    solve mech\n  wall_velocity mech->fluid\n  budget fluid\n"
+      "  commit ep\n  commit mech\n  commit ale\n  commit fluid");
 }
 
 TEST(Sequence, AnInputOfATaskIsReceivedBeforeThatTask) {
@@ -335,8 +336,9 @@ TEST(Sequence, AnInputOfATaskIsReceivedBeforeThatTask) {
     return std::find_if(corrected.step.begin(), corrected.step.end(), [&](const Node &n) { return n.field == field; });
   };
   std::iter_swap(at("pressure_correction"), at("pressure_correction") + 1);
-  EXPECT_NE(complaint(corrected, participants).find("'fluid' does 'correct' before it has received 'pressure_correction'"),
-            std::string::npos)
+  EXPECT_NE(
+      complaint(corrected, participants).find("'fluid' does 'correct' before it has received 'pressure_correction'"),
+      std::string::npos)
       << complaint(corrected, participants);
 }
 

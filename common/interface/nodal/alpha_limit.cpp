@@ -1,6 +1,6 @@
 #include "common/interface/nodal/alpha_limit.h"
 
-#include "common/linear_algebra/nodal_matrix.h"
+#include "common/fem/constraints.h"
 
 #include <cmath>
 #include <deal.II/lac/lapack_full_matrix.h>

@@ -4,8 +4,8 @@
 
 namespace heartbus::interface {
 
-/// The wall as the interface sees it in small motions about its present state d^n. With M, C and K its mass, damping and
-/// stiffness, A(tau) = M/tau^2 + C/tau + K.
+/// The wall as the interface sees it in small motions about its present state d^n. With M, C and K its mass, damping
+/// and stiffness, A(tau) = M/tau^2 + C/tau + K.
 class LinearWall {
  public:
   virtual ~LinearWall() = default;
@@ -20,16 +20,16 @@ class LinearWall {
 
 /// How large alpha may be. A coupling that fails does so by a force L on the interface that changes its sign each time:
 /// from step to step where blood and wall are solved once a step, from iteration to iteration where these are repeated.
-/// The wall answers with the velocity v = Z^{-1} L, the blood yields with u = -F^{-1} L, and the blood's Robin condition
-/// ties them by
+/// The wall answers with the velocity v = Z^{-1} L, the blood yields with u = -F^{-1} L, and the blood's Robin
+/// condition ties them by
 ///
 ///     2 L = alpha M_S (u + v),    hence    alpha_limit = 2 / lambda_max((Z^{-1} - F^{-1}) M_S),
 ///
 /// with M_S the mass matrix of the moved interface. Within a step of size dt Z^{-1} = A(dt)^{-1}/dt; alternating from
 /// step to step, differences in time make the wall 4 M/dt^2 + 2 C/dt + K = A(dt/2). Of the uniform motion in a closed
 /// cavity, which cannot yield, this is alpha = 2 Z (limit of a heavy fluid in the model problem of Causin, Gerbeau and
-/// Nobile 2005, doi:10.1016/j.cma.2004.12.005). Arnoldi's method finds lambda from a few forces and the answers to them;
-/// orthogonality is that of M_S, for which the operator is all but symmetric.
+/// Nobile 2005, doi:10.1016/j.cma.2004.12.005). Arnoldi's method finds lambda from a few forces and the answers to
+/// them; orthogonality is that of M_S, for which the operator is all but symmetric.
 class AlphaLimit {
  public:
   explicit AlphaLimit(LinearWall &wall) : wall_(wall) {}

@@ -6,8 +6,8 @@
 namespace heartbus::interface {
 
 /// The pressure pi, the same everywhere, that makes up for what a step leaves of the cavity's volume (docs/schemes.md):
-/// with the force b of a unit pressure, the wall's answer w = A^{-1} b to it, and the velocities u of the blood and v of
-/// the wall,
+/// with the force b of a unit pressure, the wall's answer w = A^{-1} b to it, and the velocities u of the blood and v
+/// of the wall,
 ///
 ///     pi = dt b.(u - v) / (b.w),    d += pi w,    L += pi b,    p += pi.
 ///

@@ -1,6 +1,6 @@
 #include "common/interface/nodal/robin_condition.h"
 
-#include "common/linear_algebra/nodal_matrix.h"
+#include "common/fem/constraints.h"
 
 #include <cmath>
 #include <numeric>

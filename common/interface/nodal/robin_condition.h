@@ -16,8 +16,8 @@ struct Budget {
   double alternation = 0; ///< cosine, in M, of the angle between u - v and that of the step before; -1: it alternates
 };
 
-/// The Robin condition of the blood, as nodal forces on the wall. With M the mass matrix of the moved interface, v* and W*
-/// the wall's velocity and force,
+/// The Robin condition of the blood, as nodal forces on the wall. With M the mass matrix of the moved interface, v*
+/// and W* the wall's velocity and force,
 ///
 ///     a_f(u, p; w) + alpha M u = g,    g = alpha M v* - W*,    L = alpha M u - g = W* + alpha M (u - v*).
 ///
