@@ -18,10 +18,10 @@ def flat(text):
 
 
 def statements(lines):
-    """(exit code, what is said): a message that goes on over lines is one statement, other lines are one each."""
+    """(exit code, what is said): a message of failure goes on over all lines, others over those that are indented."""
     code = int(re.fullmatch(r"exit code (\d+)", lines[0])[1])
-    said = [" ".join(lines[1:])] if lines[1].startswith("heartbus:") else lines[1:]
-    return code, [flat(each) for each in said]
+    said = "\n".join(lines[1:])
+    return code, [flat(each) for each in ([said] if said.startswith("heartbus:") else re.split(r"\n(?! )", said))]
 
 
 def cases():

@@ -1,4 +1,5 @@
 """What a run tells people: what is implausible, the page, the terminal, one command for all."""
+import html
 import html.parser
 import json
 import os
@@ -132,6 +133,38 @@ class Plausibility(Temporary):
         second["change_percent"]["EDV"] = 1.0
         self.assertEqual(self.found(more=[second]), [])
 
+    def test_a_warning_names_the_law_and_the_beat_it_is_about(self):
+        second = {**healthy()[1][0], "beat": 2, "start": 0.8, "end": 1.6, "activated_percent": 0.0, "ILI_R_percent": 6.0}
+        found = {finding.key: str(finding) for finding in self.found(more=[second])}
+        self.assertEqual(set(found), {"electrophysiology.stimulus", "coupling.alpha"})
+        self.assertIn("in isovolumetric relaxation in beat 2", found["coupling.alpha"])
+        self.assertIn("no point of the wall is activated in beat 2", found["electrophysiology.stimulus"])
+        columns, beats = healthy()
+        columns["min_J"] = [0.5] * 81
+        folder = write(self.folder / "other", columns, beats, {"mechanics": {"law": "neo_hookean", "neo_hookean": {"kappa": "9 kPa"}}})
+        self.assert_only(plausibility.findings(Run(folder)), "mechanics.neo_hookean.kappa", "9 kPa resists too little")
+
+    def test_every_warning_names_keys_of_scenes(self):
+        """Those that are provoked above, each by a rule of its own."""
+        known = yaml.safe_load(subprocess.run([BIN / "coupler", "--print-defaults"], stdout=subprocess.PIPE, check=True).stdout)
+        provoked = {
+            "activation": [({}, {"activated_percent": 0.0}, []), ({}, {"activated_percent": 40.0}, [])],
+            "valves": [({}, {}, ["aortic_opens_ms"]), ({}, {}, ["mitral_opens_ms"])],
+            "crushed_cells": [({"min_J": 0.6}, {}, [])], "wall_volume": [({"wall_volume": 0.9}, {}, [])],
+            "sarcomeres": [({"clamped_share": 0.3}, {}, [])], "alpha": [({"alpha_limit [kg/(m^2 s)]": 5000}, {}, [])],
+            "mesh_quality": [({"mesh_min_J": 0.1}, {}, [])],
+            "disagreement": [({}, {"ILI_C_percent": 7.0}, []), ({"disagreement [Pa]": 1e3}, {}, [])],
+            "periodicity": [({"volume [m^3]": np.linspace(120e-6, 100e-6, 81)}, {}, [])]}
+        self.assertEqual(set(provoked), {rule.__name__ for rule in plausibility.RULES})
+        for rule, provocations in provoked.items():
+            for columns, beat, without in provocations:
+                found = self.found(columns, beat, without)
+                self.assertEqual(len(found), 1, rule)
+                value = known
+                for name in found[0].key.split("."):
+                    self.assertIn(name, value, f"{rule} names {found[0].key}")
+                    value = value[name]
+
     def test_an_unfinished_beat_is_not_judged_by_what_it_has_not_reached(self):
         self.assertEqual(self.found(beat={"complete": False, "activated_percent": 3.0},
                                     without=["activation_time_ms", "aortic_opens_ms", "mitral_opens_ms"]), [])
@@ -195,6 +228,16 @@ class Reports(Temporary):
             self.assertGreater((self.folder / f"both/pv_loop.{ending}").stat().st_size, 2000)
         text = self.page(self.folder / "both/report.html")
         self.assertIn("Comparison of one, two", text)
+
+    def test_all_that_is_implausible_is_on_the_page_with_its_key(self):
+        columns, beats = healthy()
+        columns |= {"min_J": [0.6] * 81, "clamped_share": [0.3] * 81, "mesh_min_J": [0.1] * 81}
+        run = Run(write(self.folder / "run", columns, beats))
+        self.assertEqual(len(plausibility.findings(run)), 3)
+        self.report(run.folder, "--charts")
+        text = html.unescape(self.page(run.folder / "report/report.html"))
+        for finding in plausibility.findings(run):
+            self.assertIn(f"<li>{finding.what}. <code>{finding.key}</code>: {finding.hint}</li>", text)
 
     def test_what_cannot_be_drawn_is_said(self):
         folder = write(self.folder / "run", *healthy())

@@ -3,6 +3,7 @@ user has no rights beyond that folder where this can be had."""
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -52,6 +53,10 @@ class Tutorial(unittest.TestCase):
         kept = [f"{name}={value}" for name, value in os.environ.items() if name.startswith(("OMPI_", "HEARTBUS_TEST"))]
         cls.launch = Launch(["env", "-i", *kept, *own, *user], cls.own)
 
+    def history(self, name):
+        with open(self.own / f"results/{name}/history.csv") as file:
+            return list(csv.DictReader(file))
+
     def test_every_command_works(self):
         self.assertEqual(self.launch.code, 0, self.launch.output[-3000:])
         self.assertEqual(self.launch.orphans, [])
@@ -82,9 +87,25 @@ class Tutorial(unittest.TestCase):
         self.assertLess(float(errors["a5000"]["error_p"]), float(errors["a2500"]["error_p"]))
 
     def test_the_own_participant_makes_the_wall_contract(self):
-        with open(self.own / "results/own/history.csv") as file:
-            pressure = [float(row["mean_pressure [Pa]"]) for row in csv.DictReader(file)]
+        pressure = [float(row["mean_pressure [Pa]"]) for row in self.history("own")]
         self.assertGreater(max(pressure), 5 * pressure[0])
+        before = self.history("small")
+        k = next(k for k, row in enumerate(before) if float(row["time [s]"]) > 0.04)
+        self.assertGreater(pressure[k], 1.5 * float(before[k]["mean_pressure [Pa]"]))
+
+    def test_what_is_implausible_is_told_with_its_key(self):
+        told = re.findall(r"^- (.*)$", self.launch.output, re.M)
+        for key in "mechanics.guccione.kappa", "mechanics.active.sarcomere_length", "coupling.alpha":
+            self.assertTrue([line for line in told if f"; {key}: " in line], f"{key} is not in {told}")
+
+    def test_a_run_has_all_that_is_looked_at_for_what_is_implausible(self):
+        rules = (SOURCE / "tools/reporting/plausibility.py").read_text()
+        columns = set(re.findall(r'"(\w+)" in run\.history', rules) + re.findall(r'"(\w+)" not in run\.history', rules))
+        self.assertGreater(len(columns), 8)
+        self.assertEqual(columns - {name.split(" ")[0] for name in self.history("small")[0]}, set())
+        beat = json.loads((self.own / "results/small/indicators.json").read_text())["beats"][0]
+        wanted = {"aortic_opens_ms", "mitral_opens_ms", "p_max_mmHg", "ILI_C_percent", "ILI_R_percent", "complete"}
+        self.assertEqual(wanted - set(beat), set())
 
 
 if __name__ == "__main__":
