@@ -81,6 +81,11 @@ class Folder(unittest.TestCase):
 class Life(Folder):
     """One study, begun and ended in every way: what a stage has finished the next ones find."""
 
+    def test_results_are_in_the_folder_one_stands_in(self):
+        self.write(STUDY)
+        Forked(SOURCE / "tools/study.py", ["plot", "losses.yaml"], self.folder)
+        self.assertTrue((self.folder / "results/studies/losses/table.csv").exists())
+
     def test_nothing_finished_is_lost_or_done_again(self):
         self.write(STUDY)
         self.is_interrupted()
