@@ -19,7 +19,7 @@ class Arteries(unittest.TestCase):
             rows = [{title.split(" ")[0]: value if title == "phase" else float(value) for title, value in row.items()}
                     for row in csv.DictReader(text.splitlines())]
             ejected = [row for row in rows if row["phase"] == "ejection"]
-            self.assertGreater(len(ejected), 100)
+            self.assertGreater(len(ejected), 50)
             for before, row in zip(rows, rows[1:]):
                 p_n, p = before["arterial_pressure"], row["arterial_pressure"]
                 change = STEP * (row["aortic_flow"] - p / R)
@@ -34,7 +34,7 @@ class Arteries(unittest.TestCase):
     def run_scene(self, folder, *words):
         command = [sys.executable, SOURCE / "tools/launch.py", SOURCE / "configs/ideal_lv/windkessel.yaml", "--oversubscribe",
                    "--ranks", "1", "--out", "run", *words]
-        for value in ("mesh=MXS", "refinements=1", "time.beats=0", "time.until_periodic=0", "time.end=0.2 s",
+        for value in ("mesh=MXS", "refinements=1", "time.beats=0", "time.until_periodic=0", "time.end=0.16 s",
                       f"time.step={1e3 * STEP} ms", "output.every=0 s", "checkpoint.every=40 ms", "checkpoint.keep=9",
                       "electrophysiology.stimulus.sites=[{centre: [0 mm, 0 mm, -20 mm], radius: 200 mm}]"):
             command += ["--set", value]
