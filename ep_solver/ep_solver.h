@@ -49,7 +49,7 @@ class EPSolver : public bus::Solver {
     double begin = 0, end = 0; ///< of the last step of electrophysiology [s]
     fem::Vector v, v_before;   ///< at its end and one substep before it
     fem::Vector current;       ///< I_app - I_ion of that substep
-    double dt_before = 1;      ///< length of that substep [s]
+    double dt_before = 1e-6;   ///< length of that substep [s]; at the start, where nothing changes, next to nothing
     double longest = 1;        ///< substep that the next step starts with, at most [s]
     std::vector<fem::Lanes> ionic;
     std::vector<double> calcium_begin;              ///< [uM], at its begin

@@ -94,7 +94,7 @@ TEST(Arrival, OfAPlaneWaveIsExact) {
 }
 
 /// From one end of a bar with oblique fibres: T = x / sqrt(V_xx) where the ray from that end stays within the bar and
-/// nothing from the sides, a cell further in with each layer of cells, can have come; elsewhere not earlier.
+/// nothing from the sides, two or three cells further in with each layer of cells, can have come; elsewhere not earlier.
 TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
   const Mat3<double> D = oblique();
   const double speed = c * std::sqrt(D[0][0]);
@@ -108,12 +108,12 @@ TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
     const auto exact = [&](const Point3 &x) {
       const double y = x[1] - x[0] * D[1][0] / D[0][0], z = x[2] - x[0] * D[2][0] / D[0][0]; // where the ray begins
       const double margin = std::min({y, z, 24e-3 - y, 24e-3 - z, x[1], x[2], 24e-3 - x[1], 24e-3 - x[2]});
-      const bool within = margin >= x[0];
+      const bool within = margin >= 2.5 * x[0];
       exact_nodes += within && x[0] > 0;
       return within ? start + x[0] / speed : std::nan("");
     };
-    EXPECT_LT(error(space, times, exact), 1e-9); // what is not worth passing on, a few times
-    EXPECT_GT(dealii::Utilities::MPI::sum(exact_nodes, MPI_COMM_WORLD), 60);
+    EXPECT_LT(error(space, times, exact), 1e-9) << int(cells); // what is not worth passing on, a few times
+    EXPECT_GT(dealii::Utilities::MPI::sum(exact_nodes, MPI_COMM_WORLD), 40);
     double earliest = 1; // no node is reached before a plane front would
     for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
       earliest = std::min(earliest, times[node] - start - space.points()[node][0] / speed);
@@ -142,23 +142,29 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
   }
 }
 
-/// In a convex body the front takes straight ways: T = start + the smallest |x - y|_M to a point y of the site.
+/// In a convex body the front takes straight ways: T = start + the smallest |x - y|_M to a point y of the site. The error
+/// falls with the mesh.
 TEST(Eikonal, AnisotropicDistanceFromACube) {
   const ep::Metric metric(c * c * oblique());
+  const auto exact = [&](const Point3 &x) {
+    double nearest = 1;
+    for (double i = 0; i <= 2e-3; i += 0.5e-3)
+      for (double j = 0; j <= 2e-3; j += 0.5e-3)
+        for (double k = 0; k <= 2e-3; k += 0.5e-3)
+          nearest = std::min(nearest, arrival::from_corner(metric({x[0] - i, x[1] - j, x[2] - k}), start));
+    return nearest;
+  };
   for (const Cells cells : all_cells) {
-    const unsigned n = cells == Cells::quadratic_tetrahedra ? 6 : 12;
-    const geometry::Mesh mesh = box({16e-3, 16e-3, 16e-3}, {n, n, n}, cells);
-    const fem::LagrangeSpace space = space_of(mesh, cells);
-    const auto times = ep::eikonal(space, everywhere(space, oblique()), c, {{"cube", {0, 0, 0}, 2e-3}}, start);
-    const double worst = error(space, times, [&](const Point3 &x) {
-      double nearest = 1;
-      for (double i = 0; i <= 2e-3; i += 0.5e-3)
-        for (double j = 0; j <= 2e-3; j += 0.5e-3)
-          for (double k = 0; k <= 2e-3; k += 0.5e-3)
-            nearest = std::min(nearest, arrival::from_corner(metric({x[0] - i, x[1] - j, x[2] - k}), start));
-      return nearest;
-    });
-    EXPECT_LT(worst, cells == Cells::hexahedra ? 2e-3 : 4e-3); // of 50 ms
+    double errors[2];
+    for (const unsigned k : {0u, 1u}) {
+      const unsigned n = (cells == Cells::quadratic_tetrahedra ? 4 : 8) << k;
+      const geometry::Mesh mesh = box({16e-3, 16e-3, 16e-3}, {n, n, n}, cells);
+      const fem::LagrangeSpace space = space_of(mesh, cells);
+      errors[k] =
+          error(space, ep::eikonal(space, everywhere(space, oblique()), c, {{"cube", {0, 0, 0}, 2e-3}}, start), exact);
+    }
+    EXPECT_GT(std::log2(errors[0] / errors[1]), 0.5);
+    EXPECT_LT(errors[1], 4e-3); // of 50 ms
   }
 }
 
