@@ -94,7 +94,8 @@ TEST(Arrival, OfAPlaneWaveIsExact) {
 }
 
 /// From one end of a bar with oblique fibres: T = x / sqrt(V_xx) where the ray from that end stays within the bar and
-/// nothing from the sides, two or three cells further in with each layer of cells, can have come; elsewhere not earlier.
+/// nothing from the sides, two or three cells further in with each layer of cells, can have come; elsewhere not
+/// earlier.
 TEST(Eikonal, PlaneFrontInABarWithObliqueFibresIsExact) {
   const Mat3<double> D = oblique();
   const double speed = c * std::sqrt(D[0][0]);
@@ -142,8 +143,8 @@ TEST(Eikonal, DistanceFromABallIsOfFirstOrder) {
   }
 }
 
-/// In a convex body the front takes straight ways: T = start + the smallest |x - y|_M to a point y of the site. The error
-/// falls with the mesh.
+/// In a convex body the front takes straight ways: T = start + the smallest |x - y|_M to a point y of the site. The
+/// error falls with the mesh.
 TEST(Eikonal, AnisotropicDistanceFromACube) {
   const ep::Metric metric(c * c * oblique());
   const auto exact = [&](const Point3 &x) {
