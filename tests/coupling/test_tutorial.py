@@ -73,7 +73,7 @@ class Tutorial(unittest.TestCase):
 
     def test_numbers_are_those_of_the_page(self):
         small, loose = (json.loads((self.own / f"results/{name}/indicators.json").read_text()) for name in ("small", "loose"))
-        said = re.search(r"fraction is ([\d.]+) %.*loses ([\d.]+) and ([\d.]+) %.*fraction is ([\d.]+) %", PAGE.text, flags=re.S)
+        said = re.search(r"fraction is ([\d.]+) %.*loses\s+([\d.]+)\s+and\s+([\d.]+) %.*fraction is ([\d.]+) %", PAGE.text, flags=re.S)
         values = (small["EF_percent"], loose["ILI_C_percent"], loose["ILI_R_percent"], loose["EF_percent"])
         for text, value in zip(said.groups(), values):
             place = 10.0 ** -len(text.partition(".")[2])  # one in the last place that the page has
