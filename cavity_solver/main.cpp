@@ -22,6 +22,10 @@ cavity::CirculationParameters read_parameters(bus::Participant &participant, con
     try {
       if (const std::string *written = participant.setting(key))
         value = config::parse_quantity(*written, unit);
+      if (key != "venous_pressure" && !(value >= 0 && value < 1e30))
+        throw std::invalid_argument("must not be negative or infinite");
+      if (key == "mitral_resistance" && value == 0)
+        throw std::invalid_argument("must be above 0, e.g. 1e5 kg/(s m^4)");
     } catch (const std::invalid_argument &error) {
       throw Failure(ExitCode::scene,
                     "key 'participants." + participant.name() + ".settings." + key + "': " + error.what());

@@ -62,6 +62,14 @@ class Circulation(unittest.TestCase):
             for name in ("volume", "mean_pressure", "mitral_flow", "aortic_flow"):
                 self.assertAlmostEqual(ours[name], other[name], delta=1e-9 * abs(ours[name]) + 1e-15, msg=name)
 
+    def test_what_makes_no_sense_is_refused(self):
+        for key, value in (("aortic_area", "-2 cm^2"), ("compliance", "-1e-8 m^3/Pa"), ("mitral_resistance", "0 kg/(s m^4)")):
+            run = Launch([sys.executable, SOURCE / "tools/check.py", "--launch", SOURCE / "configs/ideal_lv/circulation.yaml",
+                          "--oversubscribe", "--ranks", "1", "--set", "mesh=MXS", "--set", "time.end=2 ms", "--out", "refused",
+                          "--set", f"participants.circulation.settings.{key}={value}"], self.folder)
+            self.assertEqual(run.code, 2, run.output)
+            self.assertIn(f"key 'participants.circulation.settings.{key}': must", run.output)
+
     def test_a_restart_gives_the_same_bits(self):
         again = self.history("ours", "--restart", "40 ms")
         self.assertEqual(again, self.ours)
