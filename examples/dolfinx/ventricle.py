@@ -1,5 +1,6 @@
 """Meshes of heartbus in DOLFINx, and the fibres of the ideal ventricle."""
 import gc
+import os
 
 import h5py
 import numpy as np
@@ -29,6 +30,8 @@ class Body:
     def __init__(self, communicator, path, part):
         import dolfinx
         import ufl
+        if not os.path.exists(path):
+            raise heartbus.Failure(heartbus.FILE, f"there is no {path}: coupler SCENE --write-mesh {path} makes it")
         with h5py.File(path) as file:
             group = file[part]
             self._points, cells, faces = (group[name][()] for name in ("points", "cells", "faces"))

@@ -64,6 +64,12 @@ class TwoCodes(unittest.TestCase):
         again = self.history("mechanics", "--set", MECHANICS, "--restart", "12 ms")
         self.assertEqual(theirs["mean_pressure"], again["mean_pressure"])
 
+    def test_a_missing_mesh_is_said(self):
+        run = Launch([sys.executable, SOURCE / "tools/check.py", "--launch", "scene.yaml", "--oversubscribe", "--ranks", "1",
+                      "--out", "missing", "--set", LIFTING, "--set", "participants.ale.settings.mesh=no.h5"], self.folder)
+        self.assertEqual(run.code, 8, run.output)
+        self.assertIn("ale (rank 0): there is no no.h5: coupler SCENE --write-mesh no.h5 makes it", run.output)
+
     def test_lifting(self):
         self.compare(self.history("lifting", "--set", LIFTING), 1e-6)
 
