@@ -60,10 +60,10 @@ def pretty(unit):
 
 def save(figure, stem, formats=FORMATS):
     """In these formats, with all that lies around the axes; returns the text of the SVG."""
+    box = figure.get_tightbbox().padded(0.05)  # once, not for each format; "tight" draws all to find it
     for ending in formats:
         is_svg = ending == "svg"
-        figure.savefig(Path(f"{stem}.{ending}"), bbox_inches="tight", pad_inches=0.05, transparent=is_svg,
-                       metadata={"Date": None} if is_svg else None)
+        figure.savefig(Path(f"{stem}.{ending}"), bbox_inches=box, transparent=is_svg, metadata={"Date": None} if is_svg else None)
     return Path(f"{stem}.svg").read_text()
 
 
