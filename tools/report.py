@@ -6,10 +6,8 @@
     tools/report.py results/ideal_lv_efs1 --charts                     # quickly: charts in the page only
 """
 import argparse
-import multiprocessing
 import subprocess
 import sys
-from functools import partial
 from pathlib import Path
 
 import yaml
@@ -28,16 +26,14 @@ PICTURES = Path(__file__).parent / "pictures.py"
 
 
 def draw(runs, folder, formats):
-    """The charts that these runs allow: {title: SVG}. Two at a time: text takes long to be measured."""
-    with multiprocessing.get_context("fork").Pool(2) as pool:
-        drawn = pool.map(partial(draw_one, runs, folder, formats), range(len(charts.ALL)), chunksize=1)
-    return {title: svg for (_, title, _), svg in zip(charts.ALL, drawn) if svg}
-
-
-def draw_one(runs, folder, formats, number):
-    name, _, chart = charts.ALL[number]
-    figure = chart(runs)
-    return figure and style.save(figure, folder / name, formats)
+    """The charts that these runs allow: {title: SVG}."""
+    drawn = {}
+    for name, title, chart in charts.ALL:
+        figure = chart(runs)
+        if figure:
+            drawn[title] = style.save(figure, folder / name, formats)
+            style.plt.close(figure)
+    return drawn
 
 
 def make(runs, out, quick):

@@ -15,6 +15,7 @@ def has(runs, *columns):
 
 def stacked(n_rows, height=1.75):
     figure, axes = plt.subplots(n_rows, 1, sharex=True, figsize=(WIDTH, 0.6 + height * n_rows), squeeze=False)
+    figure.subplots_adjust(bottom=0.2 / n_rows, hspace=0.14)  # labels may lie outside
     axes = axes[:, 0]
     axes[-1].set_xlabel("time [ms]")
     axes[-1].margins(x=0)
@@ -41,7 +42,6 @@ def finish(figure, axes, runs):
     if len(runs) > 1:
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
-    figure.tight_layout()
     figure.align_ylabels()
     return figure
 
@@ -149,7 +149,6 @@ def cost(runs):
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("wall time [s], mean of the ranks, without waiting")
     figure.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.0)
-    figure.tight_layout()
     return figure
 
 
