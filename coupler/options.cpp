@@ -6,6 +6,7 @@
 #include "common/units/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
+#include "coupler/sequence/sequence.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -53,6 +54,10 @@ SceneParameters scene_of(const Options &options) {
   if (options.ranks > 0)
     for (auto &[name, participant] : scene.participants)
       participant.ranks = options.ranks;
+  std::vector<std::string> names;
+  for (const auto &[name, participant] : scene.participants)
+    names.push_back(name);
+  check_names(scheme(scene.coupling), names);
   return scene;
 }
 
