@@ -2,6 +2,7 @@
 
 #include "common/io/state.h"
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,8 +50,12 @@ class Valves {
   std::optional<std::string> update(double t, double mean_pressure, const AtOrifice &mitral, const AtOrifice &aortic);
 
   /// Where the wall's motion is prescribed, and with it the flow: one of the two is always open, the aortic valve while
-  /// the cavity shrinks.
-  void follow(double volume_rate) { phase_ = volume_rate < 0 ? ejection : filling; }
+  /// the cavity shrinks, the mitral one at first and while it grows. While it rests they stay.
+  void follow(double volume_rate) {
+    constexpr double round_off = 1e-9; // of a cavity that rests [m^3/s]
+    if (std::abs(volume_rate) > round_off || !(aortic_open() || mitral_open()))
+      phase_ = volume_rate < -round_off ? ejection : filling;
+  }
 
   /// Of an aorta whose pressure changes: that downstream of its valve [Pa].
   void set_aortic_pressure(double pressure) { rules_.aortic_pressure = pressure; }

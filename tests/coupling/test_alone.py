@@ -110,6 +110,8 @@ class Alone(unittest.TestCase):
         self.assertGreater(largest, 500 * ml)
         self.assertLess(abs(out + change)[shrinks].max(), 0.01 * largest)  # of first order in the step: it flows where
         self.assertLess(abs(into - change)[~shrinks].max(), 0.01 * largest)  # the wall has arrived
+        phases = history.columns["phase"][1:]  # no valve moves while the cavity rests
+        self.assertEqual([name for k, name in enumerate(phases) if k == 0 or phases[k - 1] != name], ["filling", "ejection", "filling"])
         self.assertLess(abs(into)[shrinks].max() + abs(out)[~shrinks].max(), 1e-6 * largest)  # closed to the solver's tolerance
         again = self.run_haemodynamics(TABLE, "--restart", "40 ms")
         self.assertEqual(again.code, 0, again.output)

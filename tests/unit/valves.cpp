@@ -17,6 +17,19 @@ struct Script : testing::Test {
   }
 };
 
+TEST_F(Script, OfACavityThatIsMovedTheyFollowItsVolumeAndRestWithIt) {
+  for (const auto &[rate, mitral] : {std::pair{-1e-14, true},
+                                     {1e-14, true},
+                                     {-1e-4, false},
+                                     {1e-14, false},
+                                     {-1e-14, false},
+                                     {1e-4, true},
+                                     {-1e-14, true}}) {
+    valves.follow(rate);
+    expect_open(mitral, !mitral);
+  }
+}
+
 TEST_F(Script, RunsThroughTheFivePhasesOfABeat) {
   EXPECT_EQ(valves.phase(), Valves::isovolumetric_contraction);
   EXPECT_FALSE(valves.update(0.08, 8900, {8900, 0}, {8900, 0}));
