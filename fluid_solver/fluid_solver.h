@@ -53,7 +53,7 @@ class FluidSolver : public bus::Solver {
   void begin_probe();
   void probe();
   bool isovolumetric() const;
-  fem::Vector mesh_motion() const;
+  fem::Vector ale_displacement() const;
   void refuse_instability(const bus::Step &step);
   void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
   void watch_inflow(const bus::Step &step);

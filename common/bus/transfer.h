@@ -50,14 +50,14 @@ class Incoming {
   std::string sender() const { return channels_.empty() ? "" : channels_.front().peer().participant; }
   void close();
   /// Of waiting for it: as long as at the same receipt of the step before, not as at the last one.
-  Habit &habit(const Step &step);
+  WaitHistory &history(const Step &step);
 
  private:
   int route_;
   unsigned components_;
   SharedMemory memory_; ///< of all its slots
   std::vector<IncomingChannel> channels_;
-  std::vector<Habit> habits_; ///< by receipt within a step
+  std::vector<WaitHistory> histories_; ///< by receipt within a step
   int step_ = 0;
   std::size_t n_receipts_ = 0;
 };

@@ -22,14 +22,14 @@ class InstabilityWatch {
 
   /// One more step: its disagreement [Pa], the same relative to the datum, whether it is one of Dirichlet-Neumann, and
   /// the cosine of the angle between u - v and that of the step before. True: blood and wall run away from each other.
-  bool add(double disagreement, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
-    last_.push_back({disagreement, cosine});
+  bool add(double kinematic_jump, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
+    last_.push_back({kinematic_jump, cosine});
     if (last_.size() > n_steps)
       last_.pop_front();
     larger_than_datum_ = datum_residual > 1 ? larger_than_datum_ + 1 : 0;
-    if (disagreement > huge_ && datum_residual > 10)
+    if (kinematic_jump > huge_ && datum_residual > 10)
       return true;
-    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->disagreement;
+    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->kinematic_jump;
     if (last_.size() < n_steps || !(lowest > large_))
       return false;
     const bool grows = largest(3, 6) > 2 * largest(0, 3);
@@ -45,11 +45,11 @@ class InstabilityWatch {
 
  private:
   struct Step {
-    double disagreement, cosine;
+    double kinematic_jump, cosine;
   };
-  static bool smaller(const Step &a, const Step &b) { return a.disagreement < b.disagreement; }
+  static bool smaller(const Step &a, const Step &b) { return a.kinematic_jump < b.kinematic_jump; }
   double largest(int first, int end) const {
-    return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->disagreement;
+    return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->kinematic_jump;
   }
 
   static constexpr std::size_t n_steps = 6;
@@ -60,7 +60,7 @@ class InstabilityWatch {
 
 /// What is known when a coupling runs away.
 struct Runaway {
-  double disagreement = 0;           ///< [Pa]
+  double kinematic_jump = 0;         ///< [Pa]
   double alpha = 0, alpha_limit = 0; ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
   bool alternates = false;           ///< the disagreement changes its sign from step to step
   bool iterates = false;             ///< blood and wall are solved more than once a step

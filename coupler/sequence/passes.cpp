@@ -50,7 +50,7 @@ Nodes lifted_early(const Nodes &step) {
 
 Nodes with_limit_of_alpha(const Nodes &step, bool is_followed) {
   const Place motion = find_transfer(step, "mesh_motion");
-  const auto actions = written_out(step);
+  const auto actions = flatten(step);
   const bool has_robin_condition = std::any_of(
       actions.begin(), actions.end(), [](const Action &action) { return is_transfer(action.node, "wall_velocity"); });
   if (motion == step.end() || !has_robin_condition)
@@ -79,7 +79,7 @@ Nodes in_turns(const Nodes &step) {
 
 Sequence ordered_ahead(Sequence sequence, int steps) {
   sequence.ahead = steps;
-  sequence.leaders = leaders(sequence.step);
+  sequence.source_participants = source_participants(sequence.step);
   return sequence;
 }
 

@@ -44,12 +44,12 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
 }
 
-Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
+Nodes drop_absent(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
   Nodes kept;
   for (Node node : nodes) {
-    const std::size_t n_actions = written_out(node.body).size();
-    node.body = cast(node.body, participants);
-    if (node.kind == Node::Kind::every && written_out(node.body).size() < n_actions)
+    const std::size_t n_actions = flatten(node.body).size();
+    node.body = drop_absent(node.body, participants);
+    if (node.kind == Node::Kind::every && flatten(node.body).size() < n_actions)
       continue;
     if (applies(node, participants))
       kept.push_back(node);
@@ -60,7 +60,7 @@ Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &particip
 /// "blood_force from fluid to mech (mech does not take it)": what the scheme needs and nobody will send.
 std::set<std::string> missing_in(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
   std::set<std::string> missing;
-  for (const auto &[node, iteration] : written_out(nodes))
+  for (const auto &[node, iteration] : flatten(nodes))
     if (node.kind == Node::Kind::transfer && !node.optional && are_there(node, participants) &&
         !is_known_to_both(node, participants)) {
       const bool is_sent = knows(*find(participants, node.participant), node.field, true);
@@ -122,7 +122,7 @@ std::string to_text(const Nodes &nodes) {
 
 } // namespace
 
-Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+Sequence drop_absent(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
   std::set<std::string> missing = missing_in(sequence.start, participants);
   missing.merge(missing_in(sequence.step, participants));
   std::string list;
@@ -132,25 +132,25 @@ Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> 
     throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + list);
   Sequence kept = sequence;
   for (Nodes *nodes : {&kept.start, &kept.step, &kept.constants})
-    *nodes = cast(*nodes, participants);
+    *nodes = drop_absent(*nodes, participants);
   return kept;
 }
 
-std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
+std::vector<Action> flatten(const Nodes &nodes, int first_iteration) {
   std::vector<Action> actions;
   write_out(nodes, first_iteration, actions);
   return actions;
 }
 
-std::set<std::string> leaders(const Nodes &step) {
+std::set<std::string> source_participants(const Nodes &step) {
   std::set<std::string> leading;
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.insert(node.participant);
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.erase(node.receiver);
   for (const Node &node : step)
     if (node.kind == Node::Kind::until || node.kind == Node::Kind::every)
-      for (const auto &[inner, iteration] : written_out(node.body))
+      for (const auto &[inner, iteration] : flatten(node.body))
         leading.erase(inner.participant);
   return leading;
 }

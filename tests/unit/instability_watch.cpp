@@ -11,10 +11,10 @@ namespace {
 
 /// The step at which an alarm comes, or 0.
 template <class Signal>
-int alarm(const Signal &disagreement, int n_steps = 1000) {
+int alarm(const Signal &kinematic_jump, int n_steps = 1000) {
   InstabilityWatch watch(2e-4);
   for (int n = 1; n <= n_steps; ++n)
-    if (watch.add(disagreement(n)))
+    if (watch.add(kinematic_jump(n)))
       return n;
   return 0;
 }
@@ -70,7 +70,7 @@ std::string told(double factor, Runaway seen) {
     before = x;
     x *= factor;
   } while (!watch.add(std::abs(x), 0.1, false, x * before > 0 ? 1 : -1));
-  seen.disagreement = std::abs(x);
+  seen.kinematic_jump = std::abs(x);
   seen.alternates = watch.alternates();
   return explanation(seen, 0);
 }

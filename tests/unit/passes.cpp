@@ -115,7 +115,7 @@ class Participant {
 class Machine {
  public:
   Machine(const Sequence &sequence, int n_steps) : sequence_(sequence), n_steps_(n_steps) {
-    for (const auto &[node, iteration] : written_out(sequence.step)) {
+    for (const auto &[node, iteration] : flatten(sequence.step)) {
       participants_.emplace(node.participant, node.participant);
       if (node.kind == Node::Kind::transfer)
         routes_.insert({{node.participant, node.receiver, node.field}, int(routes_.size())});
@@ -146,9 +146,9 @@ class Machine {
   void order(int step) {
     for (int number = step; number <= std::min(n_steps_, step + sequence_.ahead); ++number)
       for (const auto &[who, command] : commands(sequence_.step, routes_, {number, 0, number * 1e-3, 1e-3}))
-        if (sequence_.leaders.count(who) ? ordered_[who] < number : number == step)
+        if (sequence_.source_participants.count(who) ? ordered_[who] < number : number == step)
           streams_[who].push_back(command);
-    for (const auto &who : sequence_.leaders)
+    for (const auto &who : sequence_.source_participants)
       ordered_[who] = std::min(n_steps_, step + sequence_.ahead);
     now_ = step;
   }
@@ -157,7 +157,7 @@ class Machine {
       return values_.count(next.route) == 0;
     if (next.kind == Kind::receive)
       return values_.count(next.route) > 0;
-    if (next.kind != Kind::take_turn)
+    if (next.kind != Kind::wait)
       return true;
     const auto passed = turns_.find({next.task, who});
     return passed != turns_.end() && passed->second > 0;
@@ -181,9 +181,9 @@ class Machine {
     else if (command.kind == Kind::receive) {
       participant[fields_.at(command.route)] = values_.at(command.route);
       values_.erase(command.route);
-    } else if (command.kind == Kind::pass_turn)
+    } else if (command.kind == Kind::signal)
       ++turns_[{who, command.task}];
-    else if (command.kind == Kind::take_turn)
+    else if (command.kind == Kind::wait)
       --turns_[{command.task, who}];
     else
       participant.execute(command);
@@ -292,7 +292,7 @@ TEST(Passes, OrderingAheadChangesNoResult) {
       const auto expected = Machine(scheme(coupling), n_steps).run(0);
       coupling.lookahead = ahead;
       const Sequence sequence = ordered_ahead(make_sequence(coupling), ahead);
-      EXPECT_EQ(sequence.leaders, std::set<std::string>{"ep"});
+      EXPECT_EQ(sequence.source_participants, std::set<std::string>{"ep"});
       int most = 0;
       for (unsigned seed = 1; seed < 20; ++seed) {
         Machine machine(sequence, n_steps);

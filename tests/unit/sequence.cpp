@@ -50,7 +50,7 @@ Sequence scheme(const std::string &name, int iterations = 1, double tolerance = 
 
 std::string stream(const Sequence &sequence) {
   Routes routes;
-  for (const auto &[node, iteration] : written_out(sequence.step))
+  for (const auto &[node, iteration] : flatten(sequence.step))
     routes.insert({{node.participant, node.receiver, node.field}, static_cast<int>(routes.size())});
   std::string text;
   for (const auto &[who, command] : commands(sequence.step, routes, {7, 0, 1.4e-3, 2e-4}))
@@ -99,7 +99,7 @@ TEST(Sequence, RepetitionsWithoutAFixedNumberAreReadAsOne) {
             std::string::npos)
       << text;
   int solves = 0;
-  for (const auto &[node, iteration] : written_out(scheme("E1FS", 20, 1e-8).step))
+  for (const auto &[node, iteration] : flatten(scheme("E1FS", 20, 1e-8).step))
     solves += node.kind == Node::Kind::solve && node.participant == "fluid";
   EXPECT_EQ(solves, 1);
 }
@@ -118,7 +118,7 @@ TEST(Sequence, TheLimitOfAlphaIsFoundNowAndThenAndDoesNotCountIterations) {
       std::string::npos)
       << to_text(sequence);
   int probes = 0;
-  for (const auto &[node, iteration] : written_out(sequence.step)) {
+  for (const auto &[node, iteration] : flatten(sequence.step)) {
     if (node.task == "probe" && node.participant == "fluid") {
       EXPECT_EQ(iteration, probes++);
     } else if (node.kind == Node::Kind::solve) {
@@ -246,22 +246,22 @@ TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
   ahead.lookahead = 1;
   for (const auto &name : {"EFS1", "adaptive", "E1FSinf", "one_way"}) {
     ahead.scheme = name;
-    EXPECT_EQ(leaders(make_sequence(ahead).step), std::set<std::string>{"ep"}) << name;
-    EXPECT_TRUE(leaders(scheme(name).step).empty()) << name << ": they take turns";
+    EXPECT_EQ(source_participants(make_sequence(ahead).step), std::set<std::string>{"ep"}) << name;
+    EXPECT_TRUE(source_participants(scheme(name).step).empty()) << name << ": they take turns";
   }
   ahead.scheme = "EFS1";
-  EXPECT_TRUE(leaders(cast(make_sequence(ahead), without(heart(), "ep")).step).empty());
+  EXPECT_TRUE(source_participants(cast(make_sequence(ahead), without(heart(), "ep")).step).empty());
   EXPECT_EQ(complaint(make_sequence(ahead), heart()), "");
   // Somebody whose scalar decides waits for the decision.
   const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
-  EXPECT_EQ(leaders({solve}), std::set<std::string>{"a"});
-  EXPECT_TRUE(leaders({{Node::Kind::until, "a", "", "", "residual", 9, {solve}, 1e-3}}).empty());
+  EXPECT_EQ(source_participants({solve}), std::set<std::string>{"a"});
+  EXPECT_TRUE(source_participants({{Node::Kind::until, "a", "", "", "residual", 9, {solve}, 1e-3}}).empty());
 }
 
 TEST(Sequence, ElectrophysiologyWaitsUntilTheFluidIsAssembled) {
   using Kind = bus::Command::Kind;
   Routes routes;
-  for (const auto &[node, iteration] : written_out(scheme("EFS1").step))
+  for (const auto &[node, iteration] : flatten(scheme("EFS1").step))
     if (node.kind == Node::Kind::transfer)
       routes[{node.participant, node.receiver, node.field}] = 0;
   std::map<std::string, std::vector<Kind>> kinds;
@@ -269,9 +269,9 @@ TEST(Sequence, ElectrophysiologyWaitsUntilTheFluidIsAssembled) {
     EXPECT_EQ(command.step.number, 7);
     kinds[who].push_back(command.kind);
   }
-  EXPECT_EQ(kinds["ep"], (std::vector<Kind>{Kind::take_turn, Kind::solve, Kind::send, Kind::commit, Kind::report}));
+  EXPECT_EQ(kinds["ep"], (std::vector<Kind>{Kind::wait, Kind::solve, Kind::send, Kind::commit, Kind::report}));
   const auto &fluid = kinds["fluid"];
-  const auto turn = std::find(fluid.begin(), fluid.end(), Kind::pass_turn);
+  const auto turn = std::find(fluid.begin(), fluid.end(), Kind::signal);
   ASSERT_NE(turn, fluid.end());
   EXPECT_EQ(*(turn - 1), Kind::prepare);
 }
@@ -286,8 +286,8 @@ TEST(Sequence, WhoWorksLastPassesTheTurnBeforeItReports) {
         kinds.push_back(command.kind);
     return std::vector<Kind>(kinds.end() - 3, kinds.end());
   };
-  EXPECT_EQ(last_kinds_of("ep"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::take_turn}));
-  EXPECT_EQ(last_kinds_of("mech"), (std::vector<Kind>{Kind::commit, Kind::pass_turn, Kind::report}));
+  EXPECT_EQ(last_kinds_of("ep"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::wait}));
+  EXPECT_EQ(last_kinds_of("mech"), (std::vector<Kind>{Kind::commit, Kind::signal, Kind::report}));
   EXPECT_EQ(to_text(cast(scheme("EFS1"), without(heart(), "ep"))).find("goes on"), std::string::npos);
 }
 
