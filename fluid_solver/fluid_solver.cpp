@@ -31,7 +31,7 @@ FluidSolver::FluidSolver(const fem::LagrangeSpace &space, const Parameters &para
     inlet_ = &problem_.add_orifice(parameters.inlet.label, 0, 0);
     inlet_->open = true;
   }
-  if (settings.condition == interface::BloodSettings::Condition::ale_displacement) {
+  if (settings.condition == interface::BloodSettings::Condition::motion) {
     problem_.follow_motion();
     require_opening();
   }
@@ -147,9 +147,9 @@ void FluidSolver::probe() {
 
 void FluidSolver::prepare_step(const bus::Step &step) {
   blood_at_rest_.reset();
-  const Vector ale_displacement = ale_displacement();
+  const Vector d = ale_displacement();
   if (valves_ && problem_.follows_motion())
-    valves_->follow(problem_.volume_rate(ale_displacement));
+    valves_->follow(problem_.volume_rate(d));
   else if (valves_)
     switch_valves(step.time - step.size);
   if (valves_) {
@@ -158,7 +158,7 @@ void FluidSolver::prepare_step(const bus::Step &step) {
   }
   if (inlet_)
     inlet_->pressure = parameters_.inlet.pressure.at(step.time);
-  problem_.prepare(ale_displacement);
+  problem_.prepare(d);
 }
 
 /// Through the open valve sigma n = -(p + R Q) n with p = rest + slope Q: nothing is iterated.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/base/plausible.h"
 #include "common/bus/channel.h"
 #include "common/bus/protocol.h"
 #include "common/bus/solver.h"
@@ -10,10 +11,6 @@
 #include <vector>
 
 namespace heartbus::bus {
-
-/// No quantity of any unit has a larger value; products of a few such numbers are infinite, and then NaN, at the
-/// receiver's.
-inline constexpr double largest_plausible = 1e100;
 
 /// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it
 /// is a header (route, step, iteration, time, size) and the values at these points.
