@@ -54,7 +54,7 @@ void navier_stokes_kernel(benchmark::State &state) {
   cells.rho = scene().fluid.density;
   cells.mu = scene().fluid.viscosity;
   cells.dt = dt;
-  cells.motion = cells.convection = cells.old_velocity = zero.data();
+  cells.ale_displacement = cells.convection = cells.old_velocity = zero.data();
   cells.state = x.data();
   for (auto _ : state)
     for (unsigned batch = 0; batch < b.space.n_batches(); ++batch) {

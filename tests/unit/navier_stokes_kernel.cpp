@@ -58,7 +58,7 @@ struct Bricks : testing::Test {
     cells.mu = 3.5e-3;
     cells.dt = 2e-4;
     cells.pressure_scale = 1e4;
-    cells.motion = motion.data();
+    cells.ale_displacement = motion.data();
     cells.convection = convection.data();
     cells.old_velocity = old_velocity.data();
     cells.state = state.data();

@@ -181,7 +181,7 @@ class Machine {
     else if (command.kind == Kind::receive) {
       participant[fields_.at(command.route)] = values_.at(command.route);
       values_.erase(command.route);
-    } else if (command.kind == Kind::signal)
+    } else if (command.kind == Kind::notify)
       ++turns_[{who, command.task}];
     else if (command.kind == Kind::wait)
       --turns_[{command.task, who}];

@@ -59,7 +59,7 @@ TEST(ProgressMonitor, BlamesWhoDoesNotTakeWhatHasBeenSent) {
 
 TEST(ProgressMonitor, BlamesWhoDoesNotTakeItsTurn) {
   ProgressMonitor crew;
-  crew.sent("mech", {{Kind::signal, "ep", -1, step}, {Kind::receive, "", 0, step}});
+  crew.sent("mech", {{Kind::notify, "ep", -1, step}, {Kind::receive, "", 0, step}});
   crew.sent("ep", {{Kind::wait, "mech", -1, step}});
   crew.executed_one("mech");
   EXPECT_EQ(crew.why_late("ep", routes), "; ep does not take its turn, which mech has sent: its rank 0 is stopped or "

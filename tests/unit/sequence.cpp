@@ -271,7 +271,7 @@ TEST(Sequence, ElectrophysiologyWaitsUntilTheFluidIsAssembled) {
   }
   EXPECT_EQ(kinds["ep"], (std::vector<Kind>{Kind::wait, Kind::solve, Kind::send, Kind::commit, Kind::report}));
   const auto &fluid = kinds["fluid"];
-  const auto turn = std::find(fluid.begin(), fluid.end(), Kind::signal);
+  const auto turn = std::find(fluid.begin(), fluid.end(), Kind::notify);
   ASSERT_NE(turn, fluid.end());
   EXPECT_EQ(*(turn - 1), Kind::prepare);
 }
@@ -287,7 +287,7 @@ TEST(Sequence, WhoWorksLastPassesTheTurnBeforeItReports) {
     return std::vector<Kind>(kinds.end() - 3, kinds.end());
   };
   EXPECT_EQ(last_kinds_of("ep"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::wait}));
-  EXPECT_EQ(last_kinds_of("mech"), (std::vector<Kind>{Kind::commit, Kind::signal, Kind::report}));
+  EXPECT_EQ(last_kinds_of("mech"), (std::vector<Kind>{Kind::commit, Kind::notify, Kind::report}));
   EXPECT_EQ(to_text(cast(scheme("EFS1"), without(heart(), "ep"))).find("goes on"), std::string::npos);
 }
 
