@@ -62,7 +62,7 @@ std::string stream(const Sequence &sequence) {
 
 std::string complaint(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
   try {
-    check(cast(sequence, participants), participants);
+    check(drop_absent(sequence, participants), participants);
   } catch (const Failure &failure) {
     return failure.what();
   }
@@ -154,22 +154,24 @@ TEST(Sequence, AllSchemesPassTheChecksWithTheirParticipants) {
 TEST(Sequence, LinesOfAbsentParticipantsAreDropped) {
   const auto piston = without(heart(), "ep");
   EXPECT_EQ(complaint(scheme("EFS1"), piston), "");
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), piston)).find("calcium"), std::string::npos);
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), piston)).find("calcium"), std::string::npos);
   for (const auto &alone : heart()) {
     EXPECT_EQ(complaint(scheme("EFS1"), {alone}), "") << alone.name;
-    EXPECT_EQ(to_text(cast(scheme("EFS1"), {alone})).find("->"), std::string::npos);
+    EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), {alone})).find("->"), std::string::npos);
   }
 }
 
 TEST(Sequence, WhatTheWallHoldsIsSentOnceAndOnlyIfBothKnowOfIt) {
   auto participants = heart();
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("held"), std::string::npos) << "another program's wall";
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), participants)).find("held"), std::string::npos)
+      << "another program's wall";
   participants[1].fields.push_back({"held", "interface", "1", "always", 3, true});
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("held"), std::string::npos) << "another program's blood";
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), participants)).find("held"), std::string::npos)
+      << "another program's blood";
   participants[3].fields.push_back({"held", "interface", "1", "", 3, false});
   participants[3].tasks.push_back("hold");
   for (const auto &name : {"EFS1", "E1FS", "adaptive", "by_phase"}) {
-    const std::string text = to_text(cast(scheme(name, 2), participants));
+    const std::string text = to_text(drop_absent(scheme(name, 2), participants));
     EXPECT_NE(text.find("\n  once:  held mech->fluid; hold fluid\n  start: inflate mech"), std::string::npos) << text;
     EXPECT_EQ(count(text, "held mech->fluid"), 1) << text;
     EXPECT_EQ(complaint(scheme(name, 2), participants), "");
@@ -181,7 +183,7 @@ TEST(Sequence, AWallThatKnowsNoProbesIsCoupledWithoutTheLimitOfAlpha) {
   participants[1] =
       participant("mech", {"displacement", "wall_velocity", "wall_force"}, {"calcium", "blood_force"}, {"inflate"});
   EXPECT_EQ(complaint(scheme("EFS1"), participants), "");
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("probe"), std::string::npos);
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), participants)).find("probe"), std::string::npos);
   CouplingParameters follows;
   follows.automatic_alpha = true;
   EXPECT_NE(complaint(make_sequence(follows), participants).find("needs 'alpha_limit' from mech to fluid"),
@@ -201,7 +203,7 @@ TEST(Sequence, AllThatASchemeNeedsAndSomebodyDoesNotKnowIsToldAtOnce) {
 TEST(Sequence, TasksThatAParticipantDoesNotOfferAreDropped) {
   auto participants = heart();
   participants[1].tasks.clear();
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), participants)).find("inflate"), std::string::npos);
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), participants)).find("inflate"), std::string::npos);
 }
 
 TEST(Sequence, EachPhysicsRunsAlone) {
@@ -211,7 +213,7 @@ TEST(Sequence, EachPhysicsRunsAlone) {
   for (const auto &alone : {heart()[0], wall, lifting, blood})
     EXPECT_EQ(complaint(scheme("one_way"), {alone}), "") << alone.name;
   EXPECT_EQ(complaint(scheme("one_way"), {heart()[0], wall, lifting, blood}), "");
-  const std::string chain = to_text(cast(scheme("one_way"), {wall, lifting, blood}));
+  const std::string chain = to_text(drop_absent(scheme("one_way"), {wall, lifting, blood}));
   EXPECT_NE(chain.find("solve mech; displacement mech->ale; solve ale; mesh_motion ale->fluid; solve fluid"),
             std::string::npos)
       << chain;
@@ -250,7 +252,7 @@ TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
     EXPECT_TRUE(source_participants(scheme(name).step).empty()) << name << ": they take turns";
   }
   ahead.scheme = "EFS1";
-  EXPECT_TRUE(source_participants(cast(make_sequence(ahead), without(heart(), "ep")).step).empty());
+  EXPECT_TRUE(source_participants(drop_absent(make_sequence(ahead), without(heart(), "ep")).step).empty());
   EXPECT_EQ(complaint(make_sequence(ahead), heart()), "");
   // Somebody whose scalar decides waits for the decision.
   const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
@@ -280,15 +282,16 @@ TEST(Sequence, WhoWorksLastPassesTheTurnBeforeItReports) {
   using Kind = bus::Command::Kind;
   const auto last_kinds_of = [](const std::string &participant) {
     std::vector<Kind> kinds;
-    for (const auto &[who, command] : commands(cast(scheme("one_way"), without(without(heart(), "ale"), "fluid")).step,
-                                               {{{"ep", "mech", "calcium"}, 0}}, {}))
+    for (const auto &[who, command] :
+         commands(drop_absent(scheme("one_way"), without(without(heart(), "ale"), "fluid")).step,
+                  {{{"ep", "mech", "calcium"}, 0}}, {}))
       if (who == participant)
         kinds.push_back(command.kind);
     return std::vector<Kind>(kinds.end() - 3, kinds.end());
   };
   EXPECT_EQ(last_kinds_of("ep"), (std::vector<Kind>{Kind::commit, Kind::report, Kind::wait}));
   EXPECT_EQ(last_kinds_of("mech"), (std::vector<Kind>{Kind::commit, Kind::notify, Kind::report}));
-  EXPECT_EQ(to_text(cast(scheme("EFS1"), without(heart(), "ep"))).find("goes on"), std::string::npos);
+  EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), without(heart(), "ep"))).find("goes on"), std::string::npos);
 }
 
 TEST(Sequence, RunningAheadEndsWhereAllIsDroppedThatIsNotInTheState) {
