@@ -219,7 +219,7 @@ Sequence Simulation::meet_participants() {
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
   const auto &participants = coordinator_.participants();
-  Sequence sequence = drop_absent(make_sequence(scene_.coupling), participants);
+  Sequence sequence = drop_absent(make_sequence(scene_.coupling, scene_.time.step), participants);
   if (scene_.coupling.lookahead > 0)
     sequence = ordered_ahead(sequence, scene_.coupling.lookahead);
   check(sequence, participants);

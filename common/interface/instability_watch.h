@@ -10,7 +10,9 @@ namespace heartbus::interface {
 /// pressure that the next step has to make up for. The pressure in a beating heart changes by 3e5 Pa/s; a valve that
 /// switches makes a jump of one step. A run that fails instead asks for more step after step: it is recognised when six
 /// steps in a row disagree by more than 1e6 Pa/s and the last three twice as much as those before, or all by 1e7 Pa/s;
-/// and at once, before the wall is torn, when a step disagrees by 1e7 Pa/s and by ten times the last Robin datum.
+/// and at once, before the wall is torn, when a step disagrees by 1e7 Pa/s and by ten times the last Robin datum. Of
+/// large steps a wall is crushed by fewer than six: there it counts when u - v has turned round in six steps in a row,
+/// grows by a third in three, disagrees by 1e5 Pa/s and changes the datum by a tenth.
 ///
 /// With alpha far beyond the wall's impedance (Dirichlet-Neumann) blood moves as the wall did one step earlier: alpha
 /// |u - v| is alpha dt times the wall's acceleration, large even when all is well and for as long as a load lasts. Then
@@ -30,6 +32,9 @@ class InstabilityWatch {
     if (kinematic_jump > huge_ && datum_residual > 10)
       return true;
     const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->kinematic_jump;
+    if (last_.size() == n_steps && lowest > 0.1 * large_ && datum_residual > 0.1 && count_turns() == n_steps &&
+        largest(3, 6) > 1.33 * largest(0, 3) && !dirichlet)
+      return true;
     if (last_.size() < n_steps || !(lowest > large_))
       return false;
     const bool grows = largest(3, 6) > 2 * largest(0, 3);
@@ -38,15 +43,15 @@ class InstabilityWatch {
 
   /// Whether u - v has turned round in most of the last steps, as it does where alpha is too large for a scheme without
   /// iterations: v is then more than opposed to what the blood was told.
-  bool alternates() const {
-    const auto turns = std::count_if(last_.begin(), last_.end(), [](const Step &step) { return step.cosine < -0.5; });
-    return 2 * std::size_t(turns) > last_.size();
-  }
+  bool alternates() const { return 2 * count_turns() > last_.size(); }
 
  private:
   struct Step {
     double kinematic_jump, cosine;
   };
+  std::size_t count_turns() const {
+    return std::count_if(last_.begin(), last_.end(), [](const Step &step) { return step.cosine < -0.5; });
+  }
   static bool smaller(const Step &a, const Step &b) { return a.kinematic_jump < b.kinematic_jump; }
   double largest(int first, int end) const {
     return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->kinematic_jump;

@@ -46,7 +46,7 @@ struct Sequence {
 Sequence scheme(const CouplingParameters &coupling);
 
 /// The same as it is done in a run: after the passes of passes.h.
-Sequence make_sequence(const CouplingParameters &coupling);
+Sequence make_sequence(const CouplingParameters &coupling, double dt);
 
 /// What blood and wall are told of the interface, by participant.
 std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene);

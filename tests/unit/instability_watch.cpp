@@ -40,6 +40,20 @@ TEST(InstabilityWatch, AStepThatAsksForManyTimesTheDatumIsRecognisedAtOnce) {
   EXPECT_TRUE(watch.add(5000, 75));
 }
 
+TEST(InstabilityWatch, MotionsThatTurnRoundAndGrowAreRecognisedBeforeTheyCrushAWall) {
+  const double dt = 0.8e-3, pressure = 1000;
+  const auto alarm_at = [&](double growth, double cosine) {
+    InstabilityWatch watch(dt);
+    for (double jump = 1; jump < 1e4; jump *= growth)
+      if (watch.add(jump, jump / pressure, false, cosine))
+        return jump;
+    return 0.;
+  };
+  EXPECT_LT(alarm_at(1.2, -0.9), 300) << "the wall is crushed at 1300 Pa";
+  EXPECT_GT(alarm_at(1.2, -0.9), 80);
+  EXPECT_GT(alarm_at(1.2, 0.9), 800) << "what does not turn round may be a load";
+}
+
 TEST(InstabilityWatch, OfDirichletNeumannOnlyChangesLargerThanTheDatumCount) {
   InstabilityWatch steady(2e-4), growing(2e-4), slowly_growing(2e-4);
   bool alarm = false, slow_alarm = false;

@@ -253,14 +253,16 @@ TEST(Passes, LiftingEarlyChangesNoResult) {
 }
 
 TEST(Passes, AnEstimateOfTheLimitChangesNoResultOfAFixedAlpha) {
-  const auto probe = [](const Nodes &step) { return with_limit_of_alpha(step, false); };
+  const auto probe = [](const Nodes &step) { return with_limit_of_alpha(step, false, 0.2e-3); };
   EXPECT_EQ(expect_the_same_results(probe), 5) << "where there is a Robin condition";
   EXPECT_EQ(expect_the_same_results([&](const Nodes &step) { return probe(lifted_early(step)); }), 5);
 }
 
 TEST(Passes, AnAlphaThatFollowsIsTakenOnceTheLimitIsKnownAndBeforeTheFluidIsPrepared) {
-  const std::string text = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true));
+  const std::string text = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true, 0.2e-3));
   EXPECT_NE(text.find("mesh_motion ale->fluid; every 100 steps (begin_probe mech; "), std::string::npos) << text;
+  const std::string of_large_steps = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true, 0.8e-3));
+  EXPECT_NE(of_large_steps.find("every 25 steps"), std::string::npos) << "the limit changes in time, not in steps";
   EXPECT_NE(text.find("end_probe mech); alpha_limit mech->fluid; follow_limit fluid; prepare fluid; "),
             std::string::npos)
       << text;
@@ -291,7 +293,7 @@ TEST(Passes, OrderingAheadChangesNoResult) {
     for (const int ahead : {1, 3, 100}) {
       const auto expected = Machine(scheme(coupling), n_steps).run(0);
       coupling.lookahead = ahead;
-      const Sequence sequence = ordered_ahead(make_sequence(coupling), ahead);
+      const Sequence sequence = ordered_ahead(make_sequence(coupling, 0.2e-3), ahead);
       EXPECT_EQ(sequence.source_participants, std::set<std::string>{"ep"});
       int most = 0;
       for (unsigned seed = 1; seed < 20; ++seed) {
@@ -307,6 +309,6 @@ TEST(Passes, AllOfThemTogetherChangeNoResult) {
   for (const auto &coupling : all_schemes()) {
     const auto expected = Machine(scheme(coupling), n_steps).run(0);
     for (unsigned seed = 1; seed < 20; ++seed)
-      EXPECT_EQ(Machine(make_sequence(coupling), n_steps).run(seed), expected) << coupling.scheme;
+      EXPECT_EQ(Machine(make_sequence(coupling, 0.2e-3), n_steps).run(seed), expected) << coupling.scheme;
   }
 }

@@ -45,7 +45,7 @@ Sequence scheme(const std::string &name, int iterations = 1, double tolerance = 
   coupling.scheme = name;
   coupling.iterations = iterations;
   coupling.tolerance = tolerance;
-  return make_sequence(coupling);
+  return make_sequence(coupling, 0.2e-3);
 }
 
 std::string stream(const Sequence &sequence) {
@@ -186,7 +186,7 @@ TEST(Sequence, AWallThatKnowsNoProbesIsCoupledWithoutTheLimitOfAlpha) {
   EXPECT_EQ(to_text(drop_absent(scheme("EFS1"), participants)).find("probe"), std::string::npos);
   CouplingParameters follows;
   follows.automatic_alpha = true;
-  EXPECT_NE(complaint(make_sequence(follows), participants).find("needs 'alpha_limit' from mech to fluid"),
+  EXPECT_NE(complaint(make_sequence(follows, 0.2e-3), participants).find("needs 'alpha_limit' from mech to fluid"),
             std::string::npos);
 }
 
@@ -248,12 +248,12 @@ TEST(Sequence, OnlyThoseWhoReceiveNothingMayRunAhead) {
   ahead.lookahead = 1;
   for (const auto &name : {"EFS1", "adaptive", "E1FSinf", "one_way"}) {
     ahead.scheme = name;
-    EXPECT_EQ(source_participants(make_sequence(ahead).step), std::set<std::string>{"ep"}) << name;
+    EXPECT_EQ(source_participants(make_sequence(ahead, 0.2e-3).step), std::set<std::string>{"ep"}) << name;
     EXPECT_TRUE(source_participants(scheme(name).step).empty()) << name << ": they take turns";
   }
   ahead.scheme = "EFS1";
-  EXPECT_TRUE(source_participants(drop_absent(make_sequence(ahead), without(heart(), "ep")).step).empty());
-  EXPECT_EQ(complaint(make_sequence(ahead), heart()), "");
+  EXPECT_TRUE(source_participants(drop_absent(make_sequence(ahead, 0.2e-3), without(heart(), "ep")).step).empty());
+  EXPECT_EQ(complaint(make_sequence(ahead, 0.2e-3), heart()), "");
   // Somebody whose scalar decides waits for the decision.
   const Node solve{Node::Kind::solve, "a", "", "", "", 1, {}};
   EXPECT_EQ(source_participants({solve}), std::set<std::string>{"a"});
