@@ -51,7 +51,7 @@ TEST(InstabilityWatch, MotionsThatTurnRoundAndGrowAreRecognisedBeforeTheyCrushAW
   };
   EXPECT_LT(alarm_at(1.2, -0.9), 300) << "the wall is crushed at 1300 Pa";
   EXPECT_GT(alarm_at(1.2, -0.9), 80);
-  EXPECT_GT(alarm_at(1.2, 0.9), 800) << "what does not turn round may be a load";
+  EXPECT_EQ(alarm_at(1.2, 0.9), 0) << "what does not turn round may be a load";
 }
 
 TEST(InstabilityWatch, OfDirichletNeumannOnlyChangesLargerThanTheDatumCount) {

@@ -203,7 +203,8 @@ class Machine {
 
 std::vector<CouplingParameters> all_schemes() {
   std::vector<CouplingParameters> all;
-  for (const char *name : {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way"}) {
+  for (const char *name :
+       {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"}) {
     CouplingParameters coupling;
     coupling.scheme = name;
     coupling.iterations = coupling.iterates() ? 3 : 1;
@@ -277,8 +278,8 @@ TEST(Passes, AccelerationPrecedesEachSolveOfTheFluidThatIsRepeated) {
 }
 
 TEST(Passes, TurnsChangeNoResultAndNobodyWaitsForEver) {
-  EXPECT_EQ(expect_the_same_results(in_turns), 7);
-  EXPECT_EQ(expect_the_same_results([](const Nodes &step) { return in_turns(lifted_early(step)); }), 7);
+  EXPECT_EQ(expect_the_same_results(in_turns), 8);
+  EXPECT_EQ(expect_the_same_results([](const Nodes &step) { return in_turns(lifted_early(step)); }), 8);
 }
 
 TEST(Passes, InTurnsElectrophysiologyGoesOnOnceTheFluidIsPrepared) {
