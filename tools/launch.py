@@ -79,7 +79,9 @@ def tell(folder):
     print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found) + "\n" * bool(found))
     words = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
     if subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode != 0:
-        print("No report: tools/report.py failed", file=sys.stderr)
+        print(f"Results in {folder}", flush=True)
+        print(f"No report: {command()} report {quoted([folder])} failed", file=sys.stderr)
+        return
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
           f"{command()} report {quoted([folder])} adds pictures and films of the fields")
 

@@ -92,6 +92,19 @@ class Plausibility(Temporary):
         partly = self.found({"activated_share": 0.4}, {"activated_percent": 40.0}, ["activation_time_ms"])
         self.assert_only(partly, "electrophysiology.refinements", "only 40.0 %")
 
+    def test_activation_that_has_come_to_rest_before_the_beat_has_ended(self):
+        """The run ends at 240 ms; activation stood still for 200 ms, and for 40."""
+        columns, beats = healthy()
+        columns = {name: values[:25] for name, values in columns.items()}
+        beats[0] = {"beat": 1, "start": 0.0, "end": 0.24, "complete": False}
+        for last, percent, found in ((0.04, 40.0, ["only 40.0 % of the wall is activated"]), (0.2, 90.0, []),
+                                     (0.0, 0.0, ["no point of the wall is activated"])):
+            with self.subTest(percent):
+                share = np.minimum(np.array(columns["time [s]"]) / last if last else np.zeros(25), 1) * percent / 100
+                run = Run(write(self.folder / str(percent), {**columns, "activated_share": share},
+                                [{**beats[0], "activated_percent": percent}]))
+                self.assertEqual([each.what for each in plausibility.findings(run)], found)
+
     def test_valves_that_never_open(self):
         self.assert_only(self.found(without=["aortic_opens_ms", "aortic_closes_ms", "mitral_opens_ms"]),
                          "mechanics.active.tension_max", "aortic valve never opens", "120.0 mmHg")
@@ -166,7 +179,8 @@ class Plausibility(Temporary):
                     value = value[name]
 
     def test_an_unfinished_beat_is_not_judged_by_what_it_has_not_reached(self):
-        self.assertEqual(self.found(beat={"complete": False, "activated_percent": 3.0},
+        growing = {"activated_share": np.linspace(0, 0.03, 81)}
+        self.assertEqual(self.found(growing, beat={"complete": False, "activated_percent": 3.0},
                                     without=["activation_time_ms", "aortic_opens_ms", "mitral_opens_ms"]), [])
 
 
@@ -359,6 +373,16 @@ class OneCommand(Temporary):
         self.assertIn("--charts", completed("report", "--"))
         self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
 
+    def test_no_report_is_promised_where_there_is_none(self):
+        (self.folder / "missing").mkdir()
+        (self.folder / "missing/PIL.py").write_text("raise ImportError('no Pillow here')\n")
+        launch = Launch(["env", f"PYTHONPATH={self.folder / 'missing'}", sys.executable, SOURCE / "tools/launch.py", PISTON, "--ranks",
+                         "1", "--oversubscribe", "--set", "time.end=1 ms", "--set", "output.every=0 ms", "--out", "out"], self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertIn("Results in out\n", launch.output)
+        self.assertIn("python3-pil", launch.output)
+        self.assertNotIn("report in", launch.output)
+
     def test_every_example_is_valid_where_it_is_written(self):
         listed = [line.split()[0] for line in self.succeed("example").splitlines()]
         self.assertGreater(len(listed), 20)
@@ -401,6 +425,12 @@ class Tables(Temporary):
         self.assertEqual(heading, ["", "unit", "beat 1", "beat 2 (incomplete)"])
         self.assertIn(["ejection fraction", "%", "50.0", ""], rows)
         self.assertIn(["EDV changed since the beat before", "%", "", "1.50"], rows)
+
+    def test_a_run_without_beats_has_one_column(self):
+        columns = {"step": range(3), "time [s]": [0, 0.5, 1.0], "min_J": [1, 0.9, 0.8]}
+        run = Run(write(self.folder / "run", columns, [{"start": 0.0, "end": 1.0, "complete": True, "J_min": 0.8}]))
+        heading, rows = tables.indicators([run])
+        self.assertEqual((heading, rows), (["", "unit", "run"], [["smallest J of the wall", "", "0.800"]]))
 
 
 if __name__ == "__main__":
