@@ -253,6 +253,33 @@ class Reports(Temporary):
         for finding in plausibility.findings(run):
             self.assertIn(f"<li>{finding.what}. <code>{finding.key}</code>: {finding.hint}</li>", text)
 
+    def test_a_trace_and_the_error_budget_of_the_scene_are_on_the_page(self):
+        folder = write(self.folder / "results/made", *healthy())
+        self.report(folder, "--charts")
+        self.assertNotIn("nobody works", self.page(folder / "report/report.html"))
+        names = [{"ph": "M", "name": "process_name", "pid": k, "tid": 0, "args": {"name": name}} for k, name in enumerate(("ep", "mech"))]
+        spans = [(0, "solve", 0, 400), (0, "send calcium", 400, 420), (1, "solve", 450, 900), (1, "commit", 900, 950)]
+        steps = [{"ph": "X", "name": what, "pid": k, "tid": 0, "ts": 1000 * n + begin, "dur": end - begin, "args": {"step": n}}
+                 for n in range(1, 9) for k, what, begin, end in spans]
+        (folder / "trace.json").write_text(json.dumps({"traceEvents": names + steps}))
+        studies = self.folder / "results/studies/budget_made"
+        shutil.copytree(folder, studies / "runs/scene")
+        (studies / "budget.csv").write_text(
+            "part,direction,change,run,state,order,ratio,change_EF,error_EF,share,of,cost_s,cost_ratio,reason\n"
+            "coupling step,finer,0.2 ms -> 0.1 ms,step_finer,done,1,2,0.98,-1.96,4.6,EF,63,1.32,\n"
+            "scheme,finer,EFS1 -> E1FSinf,scheme_finer,failed,1,2,,,,,,,it\n")
+        self.report(folder, "--charts")
+        text = html.unescape(self.page(folder / "report/report.html"))
+        for part in ("nobody works (7 steps of", "<td>50.0</td>", "Who works when", "ep, rank 0", "Error budget", "Of this scene.",
+                     "error of EF, points", "<td>-2</td>", "x 1.32"):
+            self.assertIn(part, text)
+        self.assertNotIn("scheme_finer", text)
+        scene = yaml.safe_load((folder / "scene.resolved.yaml").read_text())
+        scene["geometry"]["mesh"] = "M1"
+        (folder / "scene.resolved.yaml").write_text(yaml.safe_dump(scene))
+        self.report(folder, "--charts")
+        self.assertIn("Of the same scene but for geometry.mesh: M0.", self.page(folder / "report/report.html"))
+
     def test_what_cannot_be_drawn_is_said(self):
         folder = write(self.folder / "run", *healthy())
         (folder / "fields").mkdir()
