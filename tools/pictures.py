@@ -47,7 +47,7 @@ def picture_fibres(mech, captions, path):
     grid = mech.grid(0, fibre=f, angle=angle)
     panels = []
     size = np.ptp(x, axis=0).max()
-    lines = streamlines(grid, "fibre", 3000, 0.2 * size, 0.0035 * size)
+    lines = streamlines(grid, "fibre", 900, 0.2 * size, 0.0035 * size)
     for half, along, caption in zip((grid, far_half(grid)), (lines, far_half(lines)), captions):
         panels.append((render([actor(surface(half), colour=(0.93, 0.88, 0.86), opacity=0.15),
                                actor(surface(along), "angle", (-60, 60), "coolwarm")], bounds(x)), caption))

@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from launching.terminal import fitted  # noqa: E402
-from reporting import plausibility, style, tables  # noqa: E402
+from reporting import charts, plausibility, style, tables  # noqa: E402
 from results import Run  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
@@ -325,6 +325,14 @@ class Reports(Temporary):
         pixels = np.asarray(Image.open(self.folder / "legend.png").convert("L"))
         for edge in (pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]):
             self.assertEqual(edge.min(), 255)
+
+    def test_a_legend_names_every_run_also_those_that_the_first_chart_lacks(self):
+        columns, beats = healthy()
+        runs = [Run(write(self.folder / "one", {**columns, "coupling_iterations": [2] * 81}, beats)),
+                Run(write(self.folder / "two", {"fsi_iterations" if name == "coupling_iterations" else name: [3] * 81
+                                                if name == "coupling_iterations" else values for name, values in columns.items()}, beats))]
+        figure = charts.iterations(runs)
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["one", "two"])
 
     def test_a_scheme_has_its_colour_everywhere(self):
         alone, beside = style.colours(["EFS1"]), style.colours(["E1FSinf", "E1FS2_a5000", "EFS1_a2000", "EFS1_auto", "corrected"])

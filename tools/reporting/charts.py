@@ -40,8 +40,9 @@ def own_colours(runs):
 
 def finish(figure, axes, runs):
     if len(runs) > 1:
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
+        named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels())}
+        shown = [run.name for run in runs if run.name in named]
+        figure.legend([named[name] for name in shown], shown, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
     figure.tight_layout()
     figure.align_ylabels()
     return figure
@@ -81,6 +82,11 @@ def pressure_volume_loop(runs):
 
 def volume_and_pressure(runs):
     return in_time(runs, [("volume", ML, "volume [mL]"), ("mean_pressure", MMHG, "mean pressure [mmHg]")])
+
+
+def cavity(runs):
+    """Of a wall without blood."""
+    return None if has(runs, "volume") else in_time(runs, [("cavity_volume", ML, "volume [mL]")])
 
 
 def flows(runs):
@@ -183,6 +189,7 @@ def trace_of_steps(runs):
 # File, title in the page, function.
 ALL = (("pv_loop", "Pressure-volume loop", pressure_volume_loop),
        ("volume_pressure", "Volume and pressure of the ventricle", volume_and_pressure),
+       ("cavity", "Volume of the cavity", cavity),
        ("flows", "Flow through the valves", flows), ("budget", "Blood that passes the wall", budget),
        ("wall", "Wall", wall), ("iterations", "Iterations a step", iterations), ("cost", "Cost by part", cost),
        ("trace", "Who works when", trace_of_steps))

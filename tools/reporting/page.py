@@ -140,7 +140,8 @@ def whole_scene(run):
 def about(run):
     scheme, mesh = run.scheme, run.scene.get("geometry.mesh", "")
     shape = run.scene.get("geometry.shape", "")
-    parts = [shape.replace("_", " ") + (f", mesh {mesh}" if shape == "ideal_left_ventricle" else ""), scheme,
+    where = {"ideal_left_ventricle": f"ideal left ventricle, mesh {mesh}", "file": f"mesh {Path(str(mesh)).name}"}
+    parts = [where.get(shape, shape), scheme,
              f"{run.history.time[-1] * 1e3:.0f} ms in {len(run.history.time) - 1} steps"]
     return ", ".join(part for part in parts if part)
 
