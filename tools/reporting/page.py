@@ -18,7 +18,7 @@ from .style import inline
 HERE = Path(__file__).parent
 PICTURES = (("activation", "Activation"), ("fibres", "Fibres"), ("potential", "Potential"), ("ejection", "Blood in ejection"),
             ("filling", "Blood in filling"), ("deformation", "Deformation"))
-FILMS = {"potential": "Potential", "calcium": "Calcium", "displacement": "Displacement", "velocity": "Velocity of the blood",
+FILMS = {"potential": "Potential", "calcium": "Calcium", "displacement": "Displacement", "fibres": "Fibres", "velocity": "Velocity of the blood",
          "pressure": "Pressure of the blood"}
 
 
