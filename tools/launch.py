@@ -16,6 +16,9 @@ from launching.programs import ROOT, command, programs
 from launching.watch import FILE, Watch
 
 SCENE = 2  # exit code
+EXAMPLES = """    {0} run                                           # a heartbeat of the idealised left ventricle
+    {0} run my.yaml --set mesh=M1 --set alpha=auto    # results in results/NAME-alpha=auto-mesh=M1
+    {0} run my.yaml --restart latest                  # on from the last checkpoint"""
 
 
 def parse(words):
@@ -35,6 +38,7 @@ def parse(words):
     if options.help:
         subprocess.run([programs() / "coupler", "--help"], check=False)
         print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
+        print(EXAMPLES.format(command()))
         sys.exit(0)
     return options, others
 
@@ -67,6 +71,13 @@ def is_finished(folder):
 
 def goes_on(words):
     return any(word == "--restart" or word.startswith("--restart=") for word in words)
+
+
+def leave_state(folder):
+    """Of ParaView, which opens all fields."""
+    if any((Path(folder) / "fields").glob("*.xdmf")):
+        text = (ROOT / "tools/reporting/paraview_state.py").read_text()
+        (Path(folder) / "paraview_state.py").write_text(text.replace('else "."', f"else {str(Path(folder).resolve())!r}"))
 
 
 def tell(folder):
@@ -114,6 +125,8 @@ def run(words):
 
 def main():
     code, plan = run(sys.argv[1:])
+    if plan:
+        leave_state(plan.folder)
     if code == 0 and plan:
         tell(plan.folder)
     return code

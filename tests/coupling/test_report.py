@@ -395,7 +395,9 @@ class OneCommand(Temporary):
             if command == "mesh" and not (SOURCE / "tools/mesh").exists():
                 continue
             with self.subTest(command):
-                self.assertIn("--", self.succeed(command, "--help"))
+                said = self.succeed(command, "--help")
+                self.assertIn("--", said)
+                self.assertRegex(said, r"(?m)^    (tools/)?(heartbus |\w)[^\n]*(yaml|results|SCENE|tube|msh)", "an example")
         self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
 
     def test_the_shell_completes_commands_examples_and_options(self):
