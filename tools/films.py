@@ -113,7 +113,7 @@ def fibre_film(mech, times, box):
         lines = streamlines(grid, "fibre", thinned(grid, 500), 0.2 * size, 0.005 * size)
         return [actor(surface(warped(grid, "d")), colour=(0.93, 0.88, 0.86), opacity=0.15),
                 actor(warped(lines, "d"), "tension", (0, most), "plasma")]
-    return Film("active tension along the fibres [kPa]", (0, most), "plasma", box, draw)
+    return Film("fibres: tension [kPa]", (0, most), "plasma", box, draw)
 
 
 def blood_films(fluid, times):
