@@ -291,7 +291,7 @@ class Reports(Temporary):
         self.assertIn("python3-vtk9", self.page(folder / "report/report.html"))
 
     @unittest.skipUnless(BROWSER, "there is no Chromium here (Debian: chromium)")
-    def test_a_browser_shows_it_without_errors_at_any_width(self):
+    def test_a_browser_shows_it_without_errors_at_any_width_light_and_dark(self):
         folder = self.run_with_picture()
         frame = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA="
         (folder / "report/films.json").write_text(json.dumps({
@@ -304,11 +304,12 @@ class Reports(Temporary):
             document.querySelector(".player input").value = 1;
             document.querySelector(".player input").dispatchEvent(new Event("input"));
             document.body.innerHTML = JSON.stringify({pictures: pictures.length, shown: pictures.filter(p => p.naturalWidth > 0).length,
+              paper: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
               charts: document.querySelectorAll("svg[viewBox]").length, wide: d.scrollWidth - innerWidth,
               told: document.querySelector(".player output").textContent}); });</script>""")
-        for width in (400, 1600):
-            with self.subTest(width):
-                result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr",
+        for width, dark in ((400, []), (1600, []), (400, ["--blink-settings=preferredColorScheme=0"])):
+            with self.subTest((width, dark)):
+                result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr", *dark,
                                          f"--user-data-dir={self.folder}/browser", f"--window-size={width},900", "--dump-dom",
                                          f"file://{page}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
                 seen = json.loads(re.search(r"\{.*\}", result.stdout.split("<body>")[1])[0])
@@ -316,6 +317,8 @@ class Reports(Temporary):
                 self.assertEqual((seen["pictures"], seen["shown"], seen["told"]), (2, 2, "10 ms"))
                 self.assertGreaterEqual(seen["charts"], 5)
                 self.assertLessEqual(seen["wide"], 0, "the page is wider than the window")
+                paper, ink = (np.mean([int(n) for n in re.findall(r"\d+", seen[what])[:3]]) for what in ("paper", "ink"))
+                self.assertGreater((ink - paper) * (1 if dark else -1), 120, "text and page must differ, dark on light or light on dark")
 
     def test_nothing_is_cut_off_a_figure(self):
         figure, axis = style.plt.subplots(figsize=(3, 2))
