@@ -192,7 +192,11 @@ void FluidSolver::solve_step(const bus::Step &step) {
   side_.give_force(problem_.blood_force());
 }
 
-void FluidSolver::budget(const Vector &wall_velocity) { budget_ = problem_.budget(wall_velocity); }
+void FluidSolver::budget(const Vector &wall_velocity) {
+  budget_ = problem_.budget(wall_velocity);
+  if (writer_)
+    wall_velocity_ = wall_velocity;
+}
 
 bool FluidSolver::isovolumetric() const { return !inlet_ && (!valves_ || !(mitral_->open || aortic_->open)); }
 
@@ -270,6 +274,17 @@ void FluidSolver::load_state(const std::string &folder, const bus::Step &step) {
   problem_.resume();
 }
 
+/// The geometry of a step is that of d^n: on the interface d^{n+1} = d^n + dt v, so that blood and wall meet in
+/// pictures.
+Vector FluidSolver::shown_motion() const {
+  Vector motion = problem_.ale_displacement();
+  if (wall_velocity_.size() > 0)
+    for (const unsigned node : side_.nodes().nodes())
+      for (unsigned i = 0; i < 3; ++i)
+        motion.local_element(3 * node + i) += dt_ * wall_velocity_.local_element(4 * node + i);
+  return motion;
+}
+
 void FluidSolver::write(double time) {
   std::vector<double> velocity, pressure;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node) {
@@ -278,9 +293,9 @@ void FluidSolver::write(double time) {
     pressure.push_back(x[3] * problem_.pressure_scale());
   }
   writer_->begin(time);
-  writer_->nodal("velocity", 3, velocity.data());
-  writer_->nodal("pressure", 1, pressure.data());
-  writer_->nodal("motion", 3, problem_.ale_displacement().begin());
+  writer_->nodal("velocity", "m/s", 3, velocity.data());
+  writer_->nodal("pressure", "Pa", 1, pressure.data());
+  writer_->nodal("motion", "m", 3, shown_motion().begin());
   writer_->end();
 }
 

@@ -360,10 +360,10 @@ double MechSolver::peak_tension() const {
 void MechSolver::write(double time) {
   problem_.fibre_stretch(d_, stretch_);
   writer_->begin(time);
-  writer_->nodal("displacement", 3, d_.begin());
-  writer_->nodal("active_tension", 1, problem_.tension.begin());
-  writer_->nodal("fibre_stretch", 1, stretch_.begin());
-  writer_->nodal("fibres", 3, fibres_.nodal_fibres().data());
+  writer_->nodal("displacement", "m", 3, d_.begin());
+  writer_->nodal("active_tension", "Pa", 1, problem_.tension.begin());
+  writer_->nodal("fibre_stretch", "1", 1, stretch_.begin());
+  writer_->nodal("fibres", "1", 3, fibres_.nodal_fibres().data());
   writer_->end();
 }
 
