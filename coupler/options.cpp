@@ -8,6 +8,7 @@
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
 #include "coupler/results_name.h"
+#include "coupler/sequence/sequence.h"
 #include "scene/settings.h"
 
 #include <CLI/CLI.hpp>
@@ -57,6 +58,10 @@ SceneParameters scene_of(const Options &options) {
   if (options.ranks > 0)
     for (auto &[name, participant] : scene.participants)
       participant.ranks = options.ranks;
+  std::vector<std::string> names;
+  for (const auto &[name, participant] : scene.participants)
+    names.push_back(name);
+  check_names(scheme(scene.coupling), names);
   return scene;
 }
 

@@ -6,6 +6,7 @@
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/provenance.h"
+#include "coupler/sequence/notation.h"
 #include "coupler/sequence/passes.h"
 #include "coupler/step_log.h"
 #include "coupler/trace_file.h"
@@ -225,8 +226,8 @@ Sequence Simulation::meet_participants() {
   check(sequence, participants);
   write_file(folder_ + "/scene.resolved.yaml", text);
   write_file(folder_ + "/provenance.json", provenance(folder_));
-  log_->info("{}: a step of {} is{}", scene_.name, sequence.name,
-             to_lines(drop_absent(scheme(scene_.coupling), participants).step));
+  log_->info("{}: the scheme {} is{}", scene_.name, sequence.name,
+             to_yaml(drop_absent(scheme(scene_.coupling), participants)));
   log_->info("as it is done: {}", to_text(sequence));
   return sequence;
 }

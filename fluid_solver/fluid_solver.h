@@ -79,7 +79,7 @@ class FluidSolver : public bus::Solver {
   std::vector<double> mesh_motion_; ///< of the bus
   fem::LinearStatistics statistics_;
   interface::Budget budget_;
-  fem::Vector wall_velocity_; ///< of the last budget, for output; empty before
+  fem::Vector wall_velocity_;                          ///< of the last budget, for output; empty before
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InflowWatch inflow_watch_;                           ///< of the mitral valve, or the inlet
   int coupling_iterations_ = 0;                        ///< of the last step

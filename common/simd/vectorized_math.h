@@ -91,13 +91,13 @@ HEARTBUS_INLINE VectorizedDouble sqrt(const VectorizedDouble &x) {
 
 } // namespace vectorized_math
 
-using vectorized_math::exp;
-using vectorized_math::log;
-using vectorized_math::sqrt;
-using vectorized_math::tanh;
 using std::exp;
 using std::log;
 using std::sqrt;
 using std::tanh;
+using vectorized_math::exp;
+using vectorized_math::log;
+using vectorized_math::sqrt;
+using vectorized_math::tanh;
 
 } // namespace heartbus::fem

@@ -162,12 +162,13 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
       return;
   }
   if (node.required)
-    throw Failure(ExitCode::not_converged,
-                  "step " + std::to_string(step.number) + ": blood and wall do not agree after " +
-                      std::to_string(node.times) + " iterations: '" + node.field + "' is " + config::shortest(value) +
-                      " where " + config::shortest(node.limit) +
-                      " is wanted; allow more 'coupling.iterations', or help them by 'coupling.acceleration: anderson' "
-                      "or 'coupling.alpha: auto'");
+    throw Failure(ExitCode::not_converged, "step " + std::to_string(step.number) +
+                                               ": blood and wall do not agree after " + std::to_string(node.times) +
+                                               " iterations: '" + node.field + "' is " + config::shortest(value) +
+                                               " where " + config::shortest(node.limit) + " is wanted; allow more " +
+                                               (node.where.empty() ? "'coupling.iterations'" : "at " + node.where) +
+                                               ", or help them by 'coupling.acceleration: anderson' "
+                                               "or 'coupling.alpha: auto'");
 }
 
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,

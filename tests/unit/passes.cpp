@@ -2,6 +2,7 @@
 // what these were made of do the steps as a scheme says them and as a pass has them, in any order in which commands can
 // be executed at the same time.
 #include "coupler/sequence/passes.h"
+#include "coupler/sequence/notation.h"
 #include "coupler/sequence/sequence_runner.h"
 
 #include <deque>
