@@ -41,6 +41,8 @@ double distance_from(const std::vector<geometry::Point3> &rim, const geometry::P
   return smallest;
 }
 
+std::string millilitres(double volume) { return config::shortest(std::round(1e7 * volume) / 10) + " mL"; }
+
 /// Without the corners of a table that is linear in time: the cubic between entries whose slope there is the harmonic
 /// mean of the slopes beside, and zero at extremes and ends; it lies between the entries (Fritsch and Butland, SIAM J.
 /// Sci. Stat. Comput. 5 (1984) 300, doi:10.1137/0905021).
@@ -114,11 +116,10 @@ void PrescribedWall::check_table() const {
                     "does not shrink while its wall moves inwards");
   for (const double value : table_.values)
     if (value >= volume_of(widest) || value <= volume_of(narrowest))
-      throw Failure(ExitCode::scene, "key 'mechanics.cavity_volume': " + config::shortest(1e6 * value) +
-                                         " mL cannot be reached; at rest the cavity has " +
-                                         config::shortest(1e6 * polynomial_[0]) + " mL, and it goes from " +
-                                         config::shortest(1e6 * volume_of(narrowest)) + " to " +
-                                         config::shortest(1e6 * volume_of(widest)) + " mL");
+      throw Failure(ExitCode::scene, "key 'mechanics.cavity_volume': " + millilitres(value) +
+                                         " cannot be reached; at rest the cavity has " + millilitres(polynomial_[0]) +
+                                         ", and it goes from " + millilitres(volume_of(narrowest)) + " to " +
+                                         millilitres(volume_of(widest)));
 }
 
 double PrescribedWall::volume_of(double lambda) const {

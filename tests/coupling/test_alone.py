@@ -107,13 +107,13 @@ class Alone(unittest.TestCase):
         self.assertGreater(largest, 500 * ml)
         self.assertLess(abs(out + change)[shrinks].max(), 0.01 * largest)  # of first order in the step: it flows where
         self.assertLess(abs(into - change)[~shrinks].max(), 0.01 * largest)  # the wall has arrived
-        self.assertLess(abs(into)[shrinks].max() + abs(out)[~shrinks].max(), 1e-9 * largest)
+        self.assertLess(abs(into)[shrinks].max() + abs(out)[~shrinks].max(), 1e-6 * largest)  # closed to the solver's tolerance
         again = self.run_haemodynamics(TABLE, "--restart", "40 ms")
         self.assertEqual(again.code, 0, again.output)
         self.assertEqual(History(self.folder / "out").columns, history.columns)
 
     def test_volumes_that_the_cavity_cannot_have_are_refused(self):
-        for table, message in (({0: 100, 20: 500}, "500 mL cannot be reached; at rest the cavity has 8"),
+        for table, message in (({0: 100, 20: 500}, "500 mL cannot be reached; at rest the cavity has 77.4 mL, and it goes from 31.6 mL to 149.2 mL"),
                                ({0: 100, 20: -5}, "is out of range"), ({0: 100, 20: 0}, "needs volumes above 0 in time"),
                                ({0: 100, "0.0": 90}, "has the same time twice")):
             launch = self.run_haemodynamics(table)

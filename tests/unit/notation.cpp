@@ -175,3 +175,33 @@ TEST(Notation, WhatALineOfTheSceneNamesAndNobodyHasIsToldAtOnce) {
         "'budget'?)");
   }
 }
+
+TEST(Notation, AStepThatDoesNotFitIsToldAtThePlaceOfItsLine) {
+  bus::ParticipantInfo ep, fluid;
+  ep.name = "ep";
+  ep.fields = {{"calcium", "tissue", "uM", "n+1", 1, true}};
+  fluid.name = "fluid";
+  fluid.fields = {{"calcium", "tissue", "uM", "", 1, false}};
+  const auto complaint = [&](const std::string &lines) -> std::string {
+    const SceneParameters scene = scene_with("\n    step:" + lines);
+    try {
+      check(make_sequence(scene.coupling), {ep, fluid});
+    } catch (const Failure &failure) {
+      return failure.what();
+    }
+    return "";
+  };
+  const std::string does_not_fit = ": the scheme custom does not fit this run: ";
+  EXPECT_EQ(complaint(" [solve ep, calcium ep->fluid, solve fluid, commit ep, commit fluid]"), "");
+  EXPECT_EQ(complaint("\n      - solve ep\n      - commit ep\n      - calcium ep->fluid\n      - solve fluid"),
+            "scene.yaml:7" + does_not_fit + "'ep' is busy after its commit, which must be its last line");
+  EXPECT_EQ(complaint("\n      - solve ep\n      - calcium ep->fluid\n      - solve fluid\n      - commit ep"),
+            "scene.yaml:8" + does_not_fit +
+                "'fluid' must be solved and committed in each step, but is solved 1 and committed 0 times");
+  EXPECT_EQ(complaint("\n      - calcium ep->fluid\n      - solve ep\n      - solve fluid\n      - commit ep\n      - "
+                      "commit fluid"),
+            "scene.yaml:5" + does_not_fit + "'calcium' is sent before 'ep' has computed it: 'solve ep' comes first");
+  EXPECT_EQ(complaint("\n      - solve ep\n      - solve fluid\n      - commit ep\n      - commit fluid"),
+            "scene.yaml:6" + does_not_fit +
+                "'fluid' is solved before it has received 'calcium': 'calcium ep->fluid' comes first");
+}
