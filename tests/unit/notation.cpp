@@ -185,7 +185,7 @@ TEST(Notation, AStepThatDoesNotFitIsToldAtThePlaceOfItsLine) {
   const auto complaint = [&](const std::string &lines) -> std::string {
     const SceneParameters scene = scene_with("\n    step:" + lines);
     try {
-      check(make_sequence(scene.coupling), {ep, fluid});
+      check(make_sequence(scene.coupling, 0.2e-3), {ep, fluid});
     } catch (const Failure &failure) {
       return failure.what();
     }
