@@ -1,6 +1,7 @@
 #include "coupler/checkpoints.h"
 
 #include "common/base/failure.h"
+#include "common/units/nearest.h"
 #include "common/units/units.h"
 #include "scene/model.h"
 
@@ -57,7 +58,22 @@ CheckpointSet verified(const fs::path &set) {
   return {fs::canonical(set).string(), std::move(manifest), {}, std::make_shared<FileLock>(std::move(*lock))};
 }
 
-CheckpointSet latest_of(const fs::path &results) {
+/// Results beside these that are of the scene, too, with other settings, and have checkpoints.
+std::string others_of(const std::string &scene, const fs::path &results) {
+  std::vector<std::string> others;
+  std::error_code error;
+  const fs::path parent = results.has_parent_path() ? results.parent_path() : fs::path(".");
+  for (const auto &entry : fs::directory_iterator(parent, error)) {
+    const std::string name = entry.path().filename();
+    if ((name == scene || name.compare(0, scene.size() + 1, scene + "-") == 0) &&
+        !sets_of(entry.path() / "checkpoints").empty())
+      others.push_back((results.parent_path() / name).string());
+  }
+  std::sort(others.begin(), others.end());
+  return others.empty() ? "" : "; there are checkpoints in " + config::joined(others) + ": --restart FOLDER";
+}
+
+CheckpointSet latest_of(const fs::path &results, const std::string &scene) {
   std::vector<std::string> passed_over;
   auto sets = sets_of(results / "checkpoints", &passed_over);
   for (auto set = sets.rbegin(); set != sets.rend(); ++set)
@@ -71,8 +87,8 @@ CheckpointSet latest_of(const fs::path &results) {
   std::string reasons;
   for (const auto &reason : passed_over)
     reasons += "; " + reason;
-  throw Failure(ExitCode::file,
-                "--restart: there is no complete checkpoint in " + (results / "checkpoints").string() + reasons);
+  throw Failure(ExitCode::file, "--restart: there is no complete checkpoint in " + (results / "checkpoints").string() +
+                                    reasons + others_of(scene, results));
 }
 
 CheckpointSet at_time(const std::string &choice, const fs::path &results) {
@@ -109,12 +125,12 @@ bool is_folder(const fs::path &path) {
   return fs::is_directory(path, error);
 }
 
-CheckpointSet found(const std::string &choice, const std::string &folder) {
+CheckpointSet found(const std::string &choice, const std::string &folder, const std::string &scene) {
   if (choice == "latest")
-    return latest_of(folder);
+    return latest_of(folder, scene);
   if (!is_folder(choice))
     return at_time(choice, folder);
-  return is_folder(fs::path(choice) / "checkpoints") ? latest_of(choice) : verified(choice);
+  return is_folder(fs::path(choice) / "checkpoints") ? latest_of(choice, scene) : verified(choice);
 }
 
 /// Unless somebody reads it.
@@ -127,7 +143,7 @@ void remove_set(const fs::path &set) {
 } // namespace
 
 CheckpointSet find_checkpoint(const std::string &choice, const std::string &folder, const SceneParameters &scene) {
-  CheckpointSet set = found(choice, folder);
+  CheckpointSet set = found(choice, folder, scene.name);
   if (const std::string differences = differences_of(set.manifest.model, model_of(scene)); !differences.empty())
     refuse_set(set.folder, "its state is of another model than this scene: " + differences);
   return set;

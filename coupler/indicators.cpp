@@ -79,6 +79,19 @@ void add_phases(const std::vector<double> &time, const std::vector<Phase> &all, 
   }
 }
 
+/// A wall that is only loaded has no beats.
+bool has_beats(const History &history) {
+  return history.find("volume") >= 0 || history.find("phase") >= 0 || history.find("activated_share") >= 0;
+}
+
+Json of_run(const History &history) {
+  const Rows rows{0, history.rows.size() - 1};
+  const auto time = history.values("time");
+  Json result{{"start", time.front()}, {"end", time.back()}, {"complete", true}};
+  add_wall(history, rows, result);
+  return result;
+}
+
 Json of_beat(const History &history, const std::vector<Phase> &all, const Beat &beat, double period) {
   const auto time = history.values("time"), volume = history.values("volume"),
              pressure = history.values("mean_pressure");
@@ -108,6 +121,8 @@ void add_changes(const Json &before, Json &beat) {
 }
 
 Json all_beats(const History &history, double period) {
+  if (!has_beats(history))
+    return Json::array({of_run(history)});
   Json result = Json::array();
   const auto all = phases(history);
   for (const Beat &beat : beats(history, period)) {

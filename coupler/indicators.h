@@ -26,7 +26,8 @@ double isovolumetric_loss(const std::vector<double> &volume, const Rows &rows);
 ///     phases                    names, start and end [s] since the start of the run
 ///     change_percent            of EDV, ESV and p_max against the beat before
 ///
-/// mean_coupling_iterations is of the whole run. What the run does not have is left out.
+/// mean_coupling_iterations is of the whole run. What the run does not have is left out. A wall that is only loaded has
+/// no beats: the one entry of the list is of the whole run and has no number "beat".
 nlohmann::ordered_json indicators(const History &history, double period);
 
 /// "change_percent" of the last complete beat; empty while there is none with one before it.

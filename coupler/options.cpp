@@ -1,12 +1,15 @@
 #include "coupler/options.h"
 
 #include "common/base/failure.h"
+#include "common/bus/world.h"
 #include "common/geometry/mesh_writer.h"
 #include "common/geometry/shapes.h"
 #include "common/units/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
+#include "coupler/results_name.h"
 #include "coupler/sequence/sequence.h"
+#include "scene/settings.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -20,7 +23,7 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_option("scene", options.scene_file, "scene file (YAML)");
   app.add_option("--set", options.settings, "key=value, laid over the scene")->take_all()->expected(1);
   app.add_option("--ranks", options.ranks, "MPI processes of every participant")->check(CLI::PositiveNumber);
-  app.add_option("--out", options.folder, "folder of the results (default: results/<scene>)");
+  app.add_option("--out", options.folder, "folder of the results (default: results/<scene and what --set changes>)");
   app.add_option("--record", options.records, "field=FILE: records what is transferred")->take_all()->expected(1);
   app.add_option("--restart", options.restart,
                  "goes on from a checkpoint: 'latest', its time ('48 ms') or a folder (of a checkpoint or of results)");
@@ -28,6 +31,7 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
   app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
   app.add_option("--write-mesh", options.mesh_file, "writes the meshes of the scene's shape to a mesh file and ends");
+  app.set_version_flag("--version", bus::version_of("coupler"));
   std::string default_scene; // the last two are for launchers
   app.add_option("--default-scene", default_scene, "")->group("");
   app.add_option("--hand-over", options.hand_over, "")->group("");
@@ -62,7 +66,8 @@ SceneParameters scene_of(const Options &options) {
 }
 
 std::string folder_of(const Options &options, const SceneParameters &scene) {
-  return options.folder.empty() ? "results/" + scene.name : options.folder;
+  return options.folder.empty() ? "results/" + results_name(scene.name, changes(options.scene_file, options.settings))
+                                : options.folder;
 }
 
 std::vector<std::pair<std::string, std::string>> records_of(const Options &options) {
@@ -105,7 +110,8 @@ void write_meshes(const geometry::Parameters &shape, const std::string &file) {
 
 } // namespace
 
-int answer(const Options &options) {
+int answer(const Options &given) {
+  Options options = given;
   try {
     if (options.action == Options::Action::print_defaults) {
       std::cout << print_scene(SceneParameters());
@@ -116,9 +122,10 @@ int answer(const Options &options) {
       write_meshes(scene.geometry, options.mesh_file);
       return 0;
     }
+    options.folder = folder_of(options, scene);
     const std::vector<AppContext> contexts = launch(options, scene);
     if (!options.restart.empty())
-      find_checkpoint(options.restart, folder_of(options, scene), scene);
+      find_checkpoint(options.restart, options.folder, scene);
     if (options.action == Options::Action::validate)
       std::cout << options.scene_file << ": valid\n";
     else if (options.hand_over >= 0)

@@ -13,7 +13,7 @@ struct Options {
   std::string scene_file;
   std::vector<std::string> settings; ///< "key=value", laid over the scene
   int ranks = 0;                     ///< for every participant; 0: as the scene says
-  std::string folder;                ///< of the results; empty: results/<scene>
+  std::string folder;                ///< of the results; empty: in results/, see results_name.h
   std::vector<std::string> records;  ///< "field=FILE"
   std::string restart;               ///< from which checkpoint: see find_checkpoint; empty: from the start
   std::string mesh_file;             ///< to be written from the scene's shape; empty: none
@@ -27,7 +27,7 @@ std::optional<int> parse(int argc, char **argv, Options &options);
 /// The scene with all settings of the command line.
 SceneParameters scene_of(const Options &options);
 
-/// Where the results of this scene go.
+/// Where the results of this scene go: as told, or in results/ of the current folder.
 std::string folder_of(const Options &options, const SceneParameters &scene);
 
 /// (field, file) of every --record.

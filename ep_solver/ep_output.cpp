@@ -22,8 +22,8 @@ void EPOutput::go_on_from(double time) {
 
 void EPOutput::write(double time, const double *potential, const double *calcium) {
   writer_->begin(time);
-  writer_->nodal("potential", 1, potential);
-  writer_->nodal("calcium", 1, calcium);
+  writer_->nodal("potential", "V", 1, potential);
+  writer_->nodal("calcium", "uM", 1, calcium);
   writer_->end();
 }
 
@@ -32,8 +32,8 @@ void EPOutput::write_maps(const double *activation, const double *repolarisation
     return;
   io::FieldWriter map(space_.communicator(), folder_, "activation", fem::output_mesh(space_));
   map.begin(0);
-  map.nodal("activation_time", 1, activation);
-  map.nodal("repolarisation_time", 1, repolarisation);
+  map.nodal("activation_time", "s", 1, activation);
+  map.nodal("repolarisation_time", "s", 1, repolarisation);
   map.end();
 }
 

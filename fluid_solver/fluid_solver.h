@@ -53,7 +53,7 @@ class FluidSolver : public bus::Solver {
   void begin_probe();
   void probe();
   bool isovolumetric() const;
-  fem::Vector mesh_motion() const;
+  fem::Vector ale_displacement() const;
   void refuse_instability(const bus::Step &step);
   void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
   void watch_inflow(const bus::Step &step);
@@ -63,6 +63,7 @@ class FluidSolver : public bus::Solver {
   void prepare_aorta(); ///< to the problem
   AtOrifice at(const Orifice &orifice, double direction) const;
   void visit(io::State &state);
+  fem::Vector shown_motion() const;
   void write(double time);
 
   const fem::LagrangeSpace &space_;
@@ -78,6 +79,7 @@ class FluidSolver : public bus::Solver {
   std::vector<double> mesh_motion_; ///< of the bus
   fem::LinearStatistics statistics_;
   interface::Budget budget_;
+  fem::Vector wall_velocity_;                          ///< of the last budget, for output; empty before
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InflowWatch inflow_watch_;                           ///< of the mitral valve, or the inlet
   int coupling_iterations_ = 0;                        ///< of the last step

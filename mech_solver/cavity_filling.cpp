@@ -43,7 +43,7 @@ void CavityFilling::commit() {
 
 void CavityFilling::visit(io::State &state) {
   state.number("cavity_pressure", pressure_n_);
-  state.number("cavity_pressure_before", pressure_nm1_);
+  state.number("cavity_pressure_nm1", pressure_nm1_);
 }
 
 void CavityFilling::load(const fem::Vector &d) {

@@ -194,6 +194,17 @@ SceneParameters read_scene(const std::string &text, const std::string &file_name
 
 namespace {
 
+using Values = std::vector<std::pair<std::string, std::string>>;
+
+/// Of a key, or of all keys of a block.
+Values values_within(const std::string &path, const Values &values) {
+  Values found;
+  for (const auto &entry : values)
+    if (entry.first == path || entry.first.compare(0, path.size() + 1, path + ".") == 0)
+      found.push_back(entry);
+  return found;
+}
+
 SceneParameters loaded(const std::string &file_name, const std::vector<std::string> &settings) {
   config::Node root = config::load_yaml(file_name);
   lay_over(root, settings, read);
@@ -204,6 +215,26 @@ SceneParameters loaded(const std::string &file_name, const std::vector<std::stri
 
 SceneParameters load_scene(const std::string &file_name, const std::vector<std::string> &settings) {
   return told_in_one_line(file_name, [&] { return loaded(file_name, settings); });
+}
+
+std::vector<Change> changes(const std::string &file_name, const std::vector<std::string> &settings) {
+  return told_in_one_line(file_name, [&] {
+    config::Node root = config::load_yaml(file_name);
+    SceneParameters before = read(root);
+    const std::vector<Change> laid = lay_over(root, settings, read);
+    SceneParameters after = read(root);
+    const auto old_values = config::values(describe(before)), new_values = config::values(describe(after));
+    std::map<std::string, Change> changed;
+    for (const Change &change : laid) {
+      const Values now = values_within(change.path, new_values); // of a list of blocks or of what is taken away none
+      if (now.empty() || now != values_within(change.path, old_values))
+        changed[change.path] = change;
+    }
+    std::vector<Change> sorted;
+    for (const auto &[path, change] : changed)
+      sorted.push_back(change);
+    return sorted;
+  });
 }
 
 std::string print_scene(SceneParameters scene) { return config::print(describe(scene)); }

@@ -193,6 +193,16 @@ Words matches(const std::string &key, const Words &paths) {
   return found;
 }
 
+/// By which a key is told from all others that are used.
+std::string shortest_end(const std::string &path, const Words &used) {
+  for (std::size_t dot = path.rfind('.'); dot != std::string::npos && dot > 0; dot = path.rfind('.', dot - 1)) {
+    const std::string end = path.substr(dot + 1);
+    if (std::none_of(used.begin(), used.end(), [&](const auto &other) { return other != path && has_end(other, end); }))
+      return end;
+  }
+  return path;
+}
+
 struct Setting {
   std::string key, value, words, path;
   Words candidates;
@@ -228,10 +238,10 @@ SceneParameters read_or(const SceneParameters &otherwise, const config::Node &ro
 
 } // namespace
 
-void lay_over(config::Node &root, const Words &texts,
-              const std::function<SceneParameters(const config::Node &)> &read) {
+std::vector<Change> lay_over(config::Node &root, const Words &texts,
+                             const std::function<SceneParameters(const config::Node &)> &read) {
   if (texts.empty())
-    return;
+    return {};
   SceneParameters scene = read(root);
   const Words paths = config::key_paths([&](config::Section &section) { scene.describe(section); });
   std::vector<Setting> settings;
@@ -254,10 +264,14 @@ void lay_over(config::Node &root, const Words &texts,
     }
   const SceneParameters whole = read(root);
   const std::vector<Use> uses = all_uses(whole);
-  for (const Setting &setting : settings)
+  const Words used = used_of(whole, paths);
+  std::vector<Change> changes;
+  for (const Setting &setting : settings) {
     if (const std::string why = why_unused(uses, setting.path); !why.empty())
-      refuse(setting,
-             "this scene does not use '" + setting.path + "': " + why + hint(setting.key, used_of(whole, paths)));
+      refuse(setting, "this scene does not use '" + setting.path + "': " + why + hint(setting.key, used));
+    changes.push_back({setting.path, shortest_end(setting.path, used), setting.value});
+  }
+  return changes;
 }
 
 } // namespace heartbus

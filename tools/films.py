@@ -7,7 +7,8 @@ import numpy as np
 import vtk
 from PIL import Image
 
-from rendering import actor, arrows, bounds, lattice, milliseconds, moved_bounds, opened, plt, render, section, surface, warped
+from rendering import (actor, arrows, bounds, lattice, milliseconds, moved_bounds, opened, plt, render, section, streamlines, surface,
+                       thinned, warped)
 from results import MMHG
 
 SIZE = (300, 440)  # pixels of a frame
@@ -95,11 +96,28 @@ def wall_films(series, times):
             grid = opened(mech.grid(d=d, size=1e3 * np.linalg.norm(d, axis=1)))
             return [actor(surface(warped(grid, "d")), "size", (0, most), "cividis", edges=True)]
         films["displacement"] = Film("displacement [mm]", (0, most), "cividis", box, displaced)
+        if mech.has("fibres"):
+            films["fibres"] = fibre_film(mech, times, box)
     return films
 
 
+def fibre_film(mech, times, box):
+    """Streamlines of the fibres on the moving wall, by the tension that they hold."""
+    size = np.ptp(mech.points, axis=0).max()
+    most = max(0.1, largest(mech, "active_tension", times, lambda tension: 1e-3 * tension.max()))
+
+    def draw(time):
+        i = mech.nearest(time)
+        grid = opened(mech.grid(fibre=mech.field("fibres", 0), d=mech.field("displacement", i),
+                                tension=1e-3 * mech.field("active_tension", i)))
+        lines = streamlines(grid, "fibre", thinned(grid, 500), 0.2 * size, 0.005 * size)
+        return [actor(surface(warped(grid, "d")), colour=(0.93, 0.88, 0.86), opacity=0.15),
+                actor(warped(lines, "d"), "tension", (0, most), "plasma")]
+    return Film("fibres: tension [kPa]", (0, most), "plasma", box, draw)
+
+
 def blood_films(fluid, times):
-    """Velocity with arrows, and the pressure less its mean, in the section y = 0."""
+    """Velocity with streamlines and arrows, and the pressure less its mean, in the section y = 0."""
     fastest = max(0.01, largest(fluid, "velocity", times, lambda u: np.percentile(np.linalg.norm(u, axis=1), 99.8)))
     spreads = [np.percentile(abs(p - np.median(p)), 99) for p in (fluid.field("pressure", fluid.nearest(t)) for t in times)]
     spread = max(0.01, np.percentile(spreads, 90) / MMHG)  # not of the instants at which valves switch
@@ -111,7 +129,9 @@ def blood_films(fluid, times):
         grid = fluid.grid(i, "motion", u=u, speed=np.linalg.norm(u, axis=1))
         spacing = (box[1][2] - box[0][2]) / 22
         pointing = arrows(lattice(grid, spacing, box), "u", 2.3 * spacing / fastest)
-        return [actor(section(grid), "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=(0.1, 0.1, 0.1))]
+        lines = streamlines(grid, "u", lattice(grid, 2 * spacing, box), 6 * spacing, 0.04 * spacing)
+        return [actor(section(grid), "speed", (0, fastest), "YlGnBu"), actor(lines, colour=(0.45, 0.45, 0.45)),
+                actor(pointing, colour=(0.1, 0.1, 0.1))]
 
     def pressure(time):
         i = fluid.nearest(time)

@@ -19,6 +19,9 @@ from launching.watch import FILE, Watch
 
 SCENE = 2   # exit code
 LOADED = 2  # [s] after which all programs have been loaded
+EXAMPLES = """    {0} run                                           # a heartbeat of the idealised left ventricle
+    {0} run my.yaml --set mesh=M1 --set alpha=auto    # results in results/NAME-alpha=auto-mesh=M1
+    {0} run my.yaml --restart latest                  # on from the last checkpoint"""
 
 
 def parse(words):
@@ -38,6 +41,7 @@ def parse(words):
     if options.help:
         subprocess.run([programs() / "coupler", "--help"], check=False)
         print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
+        print(EXAMPLES.format(command()))
         sys.exit(0)
     return options, others
 
@@ -84,6 +88,13 @@ def goes_on(words):
     return any(word == "--restart" or word.startswith("--restart=") for word in words)
 
 
+def leave_state(folder):
+    """Of ParaView, which opens all fields."""
+    if any((Path(folder) / "fields").glob("*.xdmf")):
+        text = (ROOT / "tools/reporting/paraview_state.py").read_text()
+        (Path(folder) / "paraview_state.py").write_text(text.replace('else "."', f"else {str(Path(folder).resolve())!r}"))
+
+
 def tell(folder):
     """The indicators, what is implausible, where the report is."""
     from reporting import plausibility, tables
@@ -96,7 +107,9 @@ def tell(folder):
         import report
         report.make([run], run.folder / "report", quick=True)
     except (Exception, SystemExit) as error:  # the run's results are there all the same
-        print(f"No report: {error}", file=sys.stderr)
+        print(f"Results in {folder}", flush=True)
+        print(f"No report: {error}; {command()} report {quoted([folder])} makes it anew", file=sys.stderr)
+        return
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
           f"{command()} report {quoted([folder])} adds pictures and films of the fields")
 
@@ -129,6 +142,8 @@ def run(words):
 
 def main():
     code, plan = run(sys.argv[1:])
+    if plan:
+        leave_state(plan.folder)
     if code == 0 and plan:
         tell(plan.folder)
     return code

@@ -171,14 +171,15 @@ def arrows(points, vectors, length):
     return run(glyph, points)
 
 
-def streamlines(grid, vectors, n, length, radius):
-    """Tubes along the vectors, through about n of the points of the grid, the same in every picture."""
+def streamlines(grid, vectors, seeds, length, radius):
+    """Tubes along the vectors, through these points; with the other fields of the grid."""
     grid.GetPointData().SetActiveVectors(vectors)
     tracer, tube = vtk.vtkStreamTracer(), vtk.vtkTubeFilter()
     tracer.SetInputData(grid)
-    tracer.SetSourceData(thinned(grid, n))
+    tracer.SetSourceData(seeds)
     tracer.SetIntegrationDirectionToBoth()
     tracer.SetIntegratorTypeToRungeKutta4()
+    tracer.SetInitialIntegrationStep(0.15)  # of a cell
     tracer.SetMaximumPropagation(length)
     tracer.SetComputeVorticity(False)
     tracer.Update()

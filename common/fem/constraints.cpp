@@ -62,8 +62,12 @@ void refuse_inverted_cells(const LagrangeSpace &space, double smallest_J, unsign
       centre[i] += space.points()[space.cell_nodes(slot)[a]][i] / space.nodes_per_cell();
   MPI_Bcast(centre.data(), 3, MPI_DOUBLE, owner, communicator);
   std::ostringstream message;
-  message << what << " inverts the cell at rest around (" << centre[0] << ", " << centre[1] << ", " << centre[2]
-          << ") m: det F = " << worst << ", which must be positive";
+  message.precision(4);
+  message << what << " inverts the cell around (" << 1e3 * centre[0] << ", " << 1e3 * centre[1] << ", "
+          << 1e3 * centre[2] << ") mm at rest: det F = " << worst
+          << ", which must be positive. The wall has moved further than the mesh of the blood can follow: look at the "
+             "loads of the wall, at lifting.slip (flat walls along which the mesh may slide), at time.step, or take "
+             "another geometry.mesh";
   throw Failure(ExitCode::not_finite, message.str());
 }
 

@@ -16,12 +16,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write_table(hid_t group, const std::string &name, hid_t type, hsize_t rows, hsize_t columns, const void *data) {
+void write_unit(hid_t table, const std::string &unit) {
+  const Hdf5Object type(H5Tcopy(H5T_C_S1), H5Tclose, "describe a unit"),
+      space(H5Screate(H5S_SCALAR), H5Sclose, "describe a unit");
+  require(H5Tset_size(type, unit.size()), "describe a unit");
+  const Hdf5Object attribute(H5Acreate2(table, "unit", type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                             "create a unit (disk full?)");
+  require(H5Awrite(attribute, type, unit.data()), "write a unit (disk full?)");
+}
+
+void write_table(hid_t group, const std::string &name, hid_t type, hsize_t rows, hsize_t columns, const void *data,
+                 const std::string &unit = "") {
   const hsize_t extent[2] = {rows, columns};
   const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe the table " + name);
   const Hdf5Object table(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
                          "create the table " + name + " (disk full?)");
   require(H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), "write the table " + name + " (disk full?)");
+  if (!unit.empty())
+    write_unit(table, unit);
 }
 
 void write_time(hid_t group, double time) {
@@ -172,7 +184,7 @@ struct FieldWriter::Implementation {
     parts = make_parts(in_folder, name);
     open("mesh.h5");
     to_vtk_order(vertices, nodes_per_cell);
-    write_table(*file, "points", H5T_NATIVE_DOUBLE, nodes.total, 3, points.data());
+    write_table(*file, "points", H5T_NATIVE_DOUBLE, nodes.total, 3, points.data(), "m");
     write_table(*file, "cells", H5T_NATIVE_UINT64, cells.total, nodes_per_cell, vertices.data());
     close();
   }
@@ -195,13 +207,14 @@ struct FieldWriter::Implementation {
     publish(folder + part + ".tmp", folder + part);
   }
 
-  void write(const std::string &field, const std::string &centre, const Layout &layout, unsigned components,
-             const double *values, std::size_t n_rows) {
+  void write(const std::string &field, const std::string &unit, const std::string &centre, const Layout &layout,
+             unsigned components, const double *values, std::size_t n_rows) {
     const auto all = gather(communicator, layout, components, values, n_rows);
     if (!root)
       return;
-    write_table(*file, field, H5T_NATIVE_DOUBLE, layout.total, components, all.data());
-    grid << "      <Attribute Name=\"" << field << "\" AttributeType=\"" << (components == 3 ? "Vector" : "Scalar")
+    write_table(*file, field, H5T_NATIVE_DOUBLE, layout.total, components, all.data(), unit);
+    const std::string shown = unit == "1" ? field : field + " [" + unit + "]";
+    grid << "      <Attribute Name=\"" << shown << "\" AttributeType=\"" << (components == 3 ? "Vector" : "Scalar")
          << "\" Center=\"" << centre << "\">\n"
          << item(part + ":/" + field, "Float", layout.total, components) << "      </Attribute>\n";
   }
@@ -287,14 +300,15 @@ void FieldWriter::go_on_from(double time) { implementation_->go_on_from(time); }
 
 void FieldWriter::begin(double time) { implementation_->begin(time); }
 
-void FieldWriter::nodal(const std::string &field, unsigned components, const double *values) {
+void FieldWriter::nodal(const std::string &field, const std::string &unit, unsigned components, const double *values) {
   const auto &i = *implementation_;
-  implementation_->write(field, "Node", i.nodes, components, values, i.n_owned_nodes);
+  implementation_->write(field, unit, "Node", i.nodes, components, values, i.n_owned_nodes);
 }
 
-void FieldWriter::cellwise(const std::string &field, unsigned components, const double *values) {
+void FieldWriter::cellwise(const std::string &field, const std::string &unit, unsigned components,
+                           const double *values) {
   const auto &i = *implementation_;
-  implementation_->write(field, "Cell", i.cells, components, values, i.n_owned_cells);
+  implementation_->write(field, unit, "Cell", i.cells, components, values, i.n_owned_cells);
 }
 
 void FieldWriter::end() { implementation_->end(); }

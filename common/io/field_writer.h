@@ -20,7 +20,7 @@ struct OutputMesh {
 /// A time series of nodal (and cell) fields for ParaView: FOLDER/NAME.xdmf describes FOLDER/NAME.h5. Everything is
 /// gathered on rank 0 of the communicator, which alone touches the file system. In the HDF5 file: `mesh/points`,
 /// `mesh/cells` (VTK's order of vertices) and a group of fields an instant, `000000`, `000001`, ..., with the attribute
-/// `time`.
+/// `time`; each field has the attribute `unit`, which ParaView shows with its name: "velocity [m/s]".
 ///
 /// All of it can be read at any time: mesh and instants are files of their own in FOLDER/NAME.parts-N, N one more than
 /// that of the run before, written aside and renamed, and never touched again; NAME.h5 links to them and is renamed
@@ -33,10 +33,10 @@ class FieldWriter {
   void go_on_from(double time);
   /// Opens a new time instant; fields follow.
   void begin(double time);
-  /// `values`: [owned node][components], 1 or 3 components.
-  void nodal(const std::string &field, unsigned components, const double *values);
+  /// `values`: [owned node][components], 1 or 3 components, in this unit; "1" of a mere number.
+  void nodal(const std::string &field, const std::string &unit, unsigned components, const double *values);
   /// `values`: [owned cell][components].
-  void cellwise(const std::string &field, unsigned components, const double *values);
+  void cellwise(const std::string &field, const std::string &unit, unsigned components, const double *values);
   /// Closes the instant and shows it in the series.
   void end();
 

@@ -185,11 +185,11 @@ std::map<std::string, interface::Texts> interface_settings(const SceneParameters
   return {{"fluid", to_texts(blood)}, {"mech", to_texts(wall)}};
 }
 
-Sequence make_sequence(const CouplingParameters &coupling) {
+Sequence make_sequence(const CouplingParameters &coupling, double dt) {
   Sequence sequence = scheme(coupling);
   if (coupling.acceleration == "anderson")
     sequence.step = accelerated(sequence.step);
-  sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha);
+  sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha, dt);
   if (coupling.lookahead == 0)
     sequence.step = in_turns(sequence.step);
   return sequence;

@@ -44,12 +44,12 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
 }
 
-Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
+Nodes drop_absent(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
   Nodes kept;
   for (Node node : nodes) {
-    const std::size_t n_actions = written_out(node.body).size();
-    node.body = cast(node.body, participants);
-    if (node.kind == Node::Kind::every && written_out(node.body).size() < n_actions)
+    const std::size_t n_actions = flatten(node.body).size();
+    node.body = drop_absent(node.body, participants);
+    if (node.kind == Node::Kind::every && flatten(node.body).size() < n_actions)
       continue;
     if (applies(node, participants))
       kept.push_back(node);
@@ -149,7 +149,7 @@ void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions)
 
 } // namespace
 
-Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+Sequence drop_absent(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
   std::vector<std::string> missing;
   for (const Nodes *nodes : {&sequence.constants, &sequence.start, &sequence.step})
     collect_missing(*nodes, participants, missing);
@@ -157,7 +157,7 @@ Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> 
     throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + config::joined(missing));
   Sequence kept = sequence;
   for (Nodes *nodes : {&kept.start, &kept.step, &kept.constants})
-    *nodes = cast(*nodes, participants);
+    *nodes = drop_absent(*nodes, participants);
   return kept;
 }
 
@@ -171,21 +171,21 @@ void check_names(const Sequence &sequence, const std::vector<std::string> &parti
                                              config::joined(participants));
 }
 
-std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
+std::vector<Action> flatten(const Nodes &nodes, int first_iteration) {
   std::vector<Action> actions;
   write_out(nodes, first_iteration, actions);
   return actions;
 }
 
-std::set<std::string> leaders(const Nodes &step) {
+std::set<std::string> source_participants(const Nodes &step) {
   std::set<std::string> leading;
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.insert(node.participant);
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.erase(node.receiver);
   for (const Node &node : step)
     if (node.kind == Node::Kind::until || node.kind == Node::Kind::every)
-      for (const auto &[inner, iteration] : written_out(node.body))
+      for (const auto &[inner, iteration] : flatten(node.body))
         leading.erase(inner.participant);
   return leading;
 }

@@ -71,7 +71,7 @@ void check_inputs(const Sequence &sequence, const Node &node, const std::vector<
 void check_fields(const Sequence &sequence, const std::vector<Action> &actions,
                   const std::vector<bus::ParticipantInfo> &participants) {
   std::map<std::string, std::set<std::string>> received;
-  for (const auto &[node, iteration] : written_out(sequence.constants)) // nobody has to compute them
+  for (const auto &[node, iteration] : flatten(sequence.constants)) // nobody has to compute them
     if (node.kind == Node::Kind::transfer)
       received[node.receiver].insert(node.field);
   std::set<std::string> active; // who has computed something that can be sent
@@ -96,7 +96,7 @@ void check_fields(const Sequence &sequence, const std::vector<Action> &actions,
 } // namespace
 
 void check(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
-  std::vector<Action> actions = written_out(sequence.start), step = written_out(sequence.step);
+  std::vector<Action> actions = flatten(sequence.start), step = flatten(sequence.step);
   check_commits(sequence, step, participants);
   actions.insert(actions.end(), step.begin(), step.end());
   check_fields(sequence, actions, participants);

@@ -88,6 +88,11 @@ def main_side_by_side(n):
     sys.exit("failed: " + ", ".join(failed) if failed or not names else 0)
 
 
+def use_library():
+    """For participants in Python that are launched from here."""
+    os.environ["PYTHONPATH"] = str(BIN.parent / "share/heartbus/python")
+
+
 def has_mark(environ, mark):
     try:
         return mark.encode() in environ.read_bytes()

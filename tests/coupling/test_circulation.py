@@ -6,8 +6,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from launch import SOURCE, Launch
-from test_own_code import use_library
+from launch import SOURCE, Launch, use_library
 
 STEP = 0.2e-3  # [s]; what one step misses falls with its fourth power
 SCENE = f"""\

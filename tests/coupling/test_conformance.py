@@ -4,8 +4,7 @@ import sys
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
-from launch import SOURCE
-from test_own_code import use_library
+from launch import SOURCE, use_library
 
 WRONG = [  # what the dummy does, the checks that it fails with the reason of each
     ("stranger", [("joins", "without")]),

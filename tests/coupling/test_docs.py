@@ -20,7 +20,8 @@ BIN = Path(os.environ["HEARTBUS_BIN"])
 DOCUMENTS = [Document(file) for file in files("*.md")]
 CODE = files("*.h", "*.cpp", "*.py", "*.yaml", "*.sh", "CMakeLists.txt")
 TABLED = ["ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver", "coupler", "common/bus", "common/interface"]
-MADE = ("results/", "report/", "fields/", "checkpoints/", "logs/", "build/", "bin/", "lib/", "include/", "share/")
+MADE = ("results/", "report/", "fields/", "checkpoints/", "logs/", "build/", "bin/", "lib/", "include/", "share/",
+        "paraview_state.py")
 DOI = re.compile(r"\b10\.\d{4,5}/[\w.()/-]*\w")
 sys.path[:0] = [str(SOURCE / "tools")]
 

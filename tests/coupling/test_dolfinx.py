@@ -7,8 +7,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from launch import BIN, SOURCE, Launch
-from test_own_code import use_library
+from launch import BIN, SOURCE, Launch, use_library
 
 EXAMPLES = SOURCE / "examples/dolfinx"
 SCENE = """\

@@ -8,8 +8,7 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from launch import BIN, SOURCE, Launch
-from test_own_code import use_library
+from launch import BIN, SOURCE, Launch, use_library
 
 SHARE = BIN.parent / "share/heartbus"
 AT_ONCE = 3   # some are waited for

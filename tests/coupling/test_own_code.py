@@ -16,11 +16,6 @@ import generate  # noqa: E402
 DOCUMENT = (SOURCE / "docs/own_code.md").read_text()
 
 
-def use_library():
-    """For participants in Python that are launched from here."""
-    os.environ["PYTHONPATH"] = str(BIN.parent / "share/heartbus/python")
-
-
 def commands():
     return re.findall(r"^```sh\n(.*?)^```$", DOCUMENT, re.S | re.M)
 

@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from launching.terminal import fitted  # noqa: E402
-from reporting import plausibility, style, tables  # noqa: E402
+from reporting import charts, plausibility, style, tables  # noqa: E402
 from results import Run  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
@@ -91,6 +91,19 @@ class Plausibility(Temporary):
         self.assert_only(never, "electrophysiology.stimulus", "no point of the wall")
         partly = self.found({"activated_share": 0.4}, {"activated_percent": 40.0}, ["activation_time_ms"])
         self.assert_only(partly, "electrophysiology.refinements", "only 40.0 %")
+
+    def test_activation_that_has_come_to_rest_before_the_beat_has_ended(self):
+        """The run ends at 240 ms; activation stood still for 200 ms, and for 40."""
+        columns, beats = healthy()
+        columns = {name: values[:25] for name, values in columns.items()}
+        beats[0] = {"beat": 1, "start": 0.0, "end": 0.24, "complete": False}
+        for last, percent, found in ((0.04, 40.0, ["only 40.0 % of the wall is activated"]), (0.2, 90.0, []),
+                                     (0.0, 0.0, ["no point of the wall is activated"])):
+            with self.subTest(percent):
+                share = np.minimum(np.array(columns["time [s]"]) / last if last else np.zeros(25), 1) * percent / 100
+                run = Run(write(self.folder / str(percent), {**columns, "activated_share": share},
+                                [{**beats[0], "activated_percent": percent}]))
+                self.assertEqual([each.what for each in plausibility.findings(run)], found)
 
     def test_valves_that_never_open(self):
         self.assert_only(self.found(without=["aortic_opens_ms", "aortic_closes_ms", "mitral_opens_ms"]),
@@ -166,7 +179,8 @@ class Plausibility(Temporary):
                     value = value[name]
 
     def test_an_unfinished_beat_is_not_judged_by_what_it_has_not_reached(self):
-        self.assertEqual(self.found(beat={"complete": False, "activated_percent": 3.0},
+        growing = {"activated_share": np.linspace(0, 0.03, 81)}
+        self.assertEqual(self.found(growing, beat={"complete": False, "activated_percent": 3.0},
                                     without=["activation_time_ms", "aortic_opens_ms", "mitral_opens_ms"]), [])
 
 
@@ -239,6 +253,33 @@ class Reports(Temporary):
         for finding in plausibility.findings(run):
             self.assertIn(f"<li>{finding.what}. <code>{finding.key}</code>: {finding.hint}</li>", text)
 
+    def test_a_trace_and_the_error_budget_of_the_scene_are_on_the_page(self):
+        folder = write(self.folder / "results/made", *healthy())
+        self.report(folder, "--charts")
+        self.assertNotIn("nobody works", self.page(folder / "report/report.html"))
+        names = [{"ph": "M", "name": "process_name", "pid": k, "tid": 0, "args": {"name": name}} for k, name in enumerate(("ep", "mech"))]
+        spans = [(0, "solve", 0, 400), (0, "send calcium", 400, 420), (1, "solve", 450, 900), (1, "commit", 900, 950)]
+        steps = [{"ph": "X", "name": what, "pid": k, "tid": 0, "ts": 1000 * n + begin, "dur": end - begin, "args": {"step": n}}
+                 for n in range(1, 9) for k, what, begin, end in spans]
+        (folder / "trace.json").write_text(json.dumps({"traceEvents": names + steps}))
+        studies = self.folder / "results/studies/budget_made"
+        shutil.copytree(folder, studies / "runs/scene")
+        (studies / "budget.csv").write_text(
+            "part,direction,change,run,state,order,ratio,change_EF,error_EF,share,of,cost_s,cost_ratio,reason\n"
+            "coupling step,finer,0.2 ms -> 0.1 ms,step_finer,done,1,2,0.98,-1.96,4.6,EF,63,1.32,\n"
+            "scheme,finer,EFS1 -> E1FSinf,scheme_finer,failed,1,2,,,,,,,it\n")
+        self.report(folder, "--charts")
+        text = html.unescape(self.page(folder / "report/report.html"))
+        for part in ("nobody works (7 steps of", "<td>50.0</td>", "Who works when", "ep, rank 0", "Error budget", "Of this scene.",
+                     "error of EF, points", "<td>-2</td>", "x 1.32"):
+            self.assertIn(part, text)
+        self.assertNotIn("scheme_finer", text)
+        scene = yaml.safe_load((folder / "scene.resolved.yaml").read_text())
+        scene["geometry"]["mesh"] = "M1"
+        (folder / "scene.resolved.yaml").write_text(yaml.safe_dump(scene))
+        self.report(folder, "--charts")
+        self.assertIn("Of the same scene but for geometry.mesh: M0.", self.page(folder / "report/report.html"))
+
     def test_what_cannot_be_drawn_is_said(self):
         folder = write(self.folder / "run", *healthy())
         (folder / "fields").mkdir()
@@ -250,7 +291,7 @@ class Reports(Temporary):
         self.assertIn("python3-vtk9", self.page(folder / "report/report.html"))
 
     @unittest.skipUnless(BROWSER, "there is no Chromium here (Debian: chromium)")
-    def test_a_browser_shows_it_without_errors_at_any_width(self):
+    def test_a_browser_shows_it_without_errors_at_any_width_light_and_dark(self):
         folder = self.run_with_picture()
         frame = "data:image/gif;base64,R0lGODlhAQABAAAAACwAAAAAAQABAAA="
         (folder / "report/films.json").write_text(json.dumps({
@@ -263,11 +304,12 @@ class Reports(Temporary):
             document.querySelector(".player input").value = 1;
             document.querySelector(".player input").dispatchEvent(new Event("input"));
             document.body.innerHTML = JSON.stringify({pictures: pictures.length, shown: pictures.filter(p => p.naturalWidth > 0).length,
+              paper: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
               charts: document.querySelectorAll("svg[viewBox]").length, wide: d.scrollWidth - innerWidth,
               told: document.querySelector(".player output").textContent}); });</script>""")
-        for width in (400, 1600):
-            with self.subTest(width):
-                result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr",
+        for width, dark in ((400, []), (1600, []), (400, ["--blink-settings=preferredColorScheme=0"])):
+            with self.subTest((width, dark)):
+                result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr", *dark,
                                          f"--user-data-dir={self.folder}/browser", f"--window-size={width},900", "--dump-dom",
                                          f"file://{page}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
                 seen = json.loads(re.search(r"\{.*\}", result.stdout.split("<body>")[1])[0])
@@ -275,6 +317,8 @@ class Reports(Temporary):
                 self.assertEqual((seen["pictures"], seen["shown"], seen["told"]), (2, 2, "10 ms"))
                 self.assertGreaterEqual(seen["charts"], 5)
                 self.assertLessEqual(seen["wide"], 0, "the page is wider than the window")
+                paper, ink = (np.mean([int(n) for n in re.findall(r"\d+", seen[what])[:3]]) for what in ("paper", "ink"))
+                self.assertGreater((ink - paper) * (1 if dark else -1), 120, "text and page must differ, dark on light or light on dark")
 
     def test_nothing_is_cut_off_a_figure(self):
         figure, axis = style.plt.subplots(figsize=(3, 2))
@@ -284,6 +328,14 @@ class Reports(Temporary):
         pixels = np.asarray(Image.open(self.folder / "legend.png").convert("L"))
         for edge in (pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]):
             self.assertEqual(edge.min(), 255)
+
+    def test_a_legend_names_every_run_also_those_that_the_first_chart_lacks(self):
+        columns, beats = healthy()
+        runs = [Run(write(self.folder / "one", {**columns, "coupling_iterations": [2] * 81}, beats)),
+                Run(write(self.folder / "two", {"fsi_iterations" if name == "coupling_iterations" else name: [3] * 81
+                                                if name == "coupling_iterations" else values for name, values in columns.items()}, beats))]
+        figure = charts.iterations(runs)
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["one", "two"])
 
     def test_a_scheme_has_its_colour_everywhere(self):
         alone, beside = style.colours(["EFS1"]), style.colours(["E1FSinf", "E1FS2_a5000", "EFS1_a2000", "EFS1_auto", "corrected"])
@@ -346,7 +398,9 @@ class OneCommand(Temporary):
             if command == "mesh" and not (SOURCE / "tools/mesh").exists():
                 continue
             with self.subTest(command):
-                self.assertIn("--", self.succeed(command, "--help"))
+                said = self.succeed(command, "--help")
+                self.assertIn("--", said)
+                self.assertRegex(said, r"(?m)^    (tools/)?(heartbus |\w)[^\n]*(yaml|results|SCENE|tube|msh)", "an example")
         self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
 
     def test_the_shell_completes_commands_examples_and_options(self):
@@ -358,6 +412,16 @@ class OneCommand(Temporary):
         self.assertEqual(completed("example", "pis"), ["piston"])
         self.assertIn("--charts", completed("report", "--"))
         self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
+    def test_no_report_is_promised_where_there_is_none(self):
+        (self.folder / "missing").mkdir()
+        (self.folder / "missing/PIL.py").write_text("raise ImportError('no Pillow here')\n")
+        launch = Launch(["env", f"PYTHONPATH={self.folder / 'missing'}", sys.executable, SOURCE / "tools/launch.py", PISTON, "--ranks",
+                         "1", "--oversubscribe", "--set", "time.end=1 ms", "--set", "output.every=0 ms", "--out", "out"], self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertIn("Results in out\n", launch.output)
+        self.assertIn("python3-pil", launch.output)
+        self.assertNotIn("report in", launch.output)
 
     def test_every_example_is_valid_where_it_is_written(self):
         listed = [line.split()[0] for line in self.succeed("example").splitlines()]
@@ -401,6 +465,12 @@ class Tables(Temporary):
         self.assertEqual(heading, ["", "unit", "beat 1", "beat 2 (incomplete)"])
         self.assertIn(["ejection fraction", "%", "50.0", ""], rows)
         self.assertIn(["EDV changed since the beat before", "%", "", "1.50"], rows)
+
+    def test_a_run_without_beats_has_one_column(self):
+        columns = {"step": range(3), "time [s]": [0, 0.5, 1.0], "min_J": [1, 0.9, 0.8]}
+        run = Run(write(self.folder / "run", columns, [{"start": 0.0, "end": 1.0, "complete": True, "J_min": 0.8}]))
+        heading, rows = tables.indicators([run])
+        self.assertEqual((heading, rows), (["", "unit", "run"], [["smallest J of the wall", "", "0.800"]]))
 
 
 if __name__ == "__main__":

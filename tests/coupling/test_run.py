@@ -141,6 +141,32 @@ class Words(Case):
         self.assertEqual(self.launch("scene.yaml", "--ranks", "9999", "--oversubscribe", "--print", "mpirun").code, 0)
 
 
+
+class Names(Case):
+    command = WITHOUT_REPORT
+
+    def run_well(self, *words):
+        launch = self.launch("scene.yaml", *words)
+        self.assertEqual(launch.code, 0, launch.output)
+        return launch.output
+
+    def test_results_are_named_by_what_is_set_and_a_longer_run_goes_on_in_them(self):
+        short, long = ["--set", "time.end=4 ms"], ["--set", "time.end=8 ms"]
+        self.run_well(*short)
+        self.run_well(*short, "--set", "time.step=0.1 ms", "--set", "mesh=M0")
+        folders = ["small", "small-mesh=M0-time.step=0.1ms"]
+        self.assertEqual(sorted(path.name for path in (self.folder / "results").iterdir()), folders)
+        refused = self.launch("scene.yaml", *long)
+        self.assertEqual(refused.code, 8, refused.output)
+        self.assertIn("results/small: holds the results of a run; --force", refused.output)
+        self.assertIn("goes on from t = 4.0 ms", self.run_well(*long, "--restart", "latest"))
+        self.run_well(*short, "--force")
+        nowhere = self.launch("scene.yaml", *long, "--set", "deadline=9 s", "--restart", "latest")
+        self.assertEqual(nowhere.code, 8, nowhere.output)
+        self.assertIn("no complete checkpoint in results/small-deadline=9s/checkpoints; there are checkpoints in results/small, "
+                      "results/small-mesh=M0-time.step=0.1ms: --restart FOLDER", nowhere.output)
+
+
 class Nodes(Case):
     """Where ranks go on several nodes; tests/coupling/test_nodes.py runs there."""
 
@@ -200,7 +226,7 @@ os.execvp("mpirun", ["mpirun", *words])
 
 
 class Deaths(Case):
-    SOON = ["--set", "deadline=6 s"]
+    SOON = ["--set", "deadline=6 s", "--out", "results/small"]
 
     def kill(self, rank, number):
         return lambda launcher: os.kill(children(launcher)[rank], number)

@@ -18,7 +18,7 @@ from study import measures, table  # noqa: E402
 from study.budget import Neighbour, Plan, advice  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
 from study.launch import beginning, checkpoint, defaults  # noqa: E402
-from study.pareto import cheapest, front, limits  # noqa: E402
+from study.pareto import cheapest, front, limits, plt, put_labels  # noqa: E402
 from study.plan import Study  # noqa: E402
 from study.scene import StudyError  # noqa: E402
 
@@ -275,6 +275,19 @@ class Choice(unittest.TestCase):
                          "as cheap", "noise must not decide")
         with self.assertRaises(StudyError):
             limits(["EF 2%"])
+
+
+    def test_names_of_points_stay_within_the_axes(self):
+        drawing, axis = plt.subplots(figsize=(4, 3))
+        axis.set_xlim(0, 10)
+        points = [(0.1, 0.5, "a_name_of_some_length"), (9.9, 0.5, "another_name_of_some_length"), (0.2, 0.52, "a_third_name")]
+        put_labels(drawing, axis, points, [point[:2] for point in points])
+        drawing.canvas.draw()
+        frame = axis.get_window_extent()
+        for label in axis.texts:
+            box = label.get_window_extent()
+            self.assertTrue(frame.x0 <= box.x0 and box.x1 <= frame.x1, label.get_text())
+        plt.close(drawing)
 
 
 class Results(unittest.TestCase):

@@ -54,8 +54,8 @@ void write(io::FieldWriter &writer, const io::OutputMesh &mesh, double time) {
   for (std::size_t cell = 0; cell < mesh.cells.size(); cell += 8)
     cubes.push_back(mesh.cells[cell] / 4);
   writer.begin(time);
-  writer.nodal("velocity", 3, v.data());
-  writer.cellwise("cube", 1, cubes.data());
+  writer.nodal("velocity", "m/s", 3, v.data());
+  writer.cellwise("cube", "1", 1, cubes.data());
   writer.end();
 }
 
@@ -107,6 +107,8 @@ TEST(FieldWriter, DescribesEveryInstantToParaView) {
   EXPECT_NE(text.str().find("<Time Value=\"0.25\"/>"), std::string::npos);
   EXPECT_NE(text.str().find("/000001.h5:/velocity</DataItem>"), std::string::npos);
   EXPECT_NE(text.str().find("Dimensions=\"12 3\""), std::string::npos);
+  EXPECT_NE(text.str().find("Name=\"velocity [m/s]\""), std::string::npos);
+  EXPECT_NE(text.str().find("Name=\"cube\""), std::string::npos);
   EXPECT_NE(text.str().find("</Xdmf>"), std::string::npos);
 }
 

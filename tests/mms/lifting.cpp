@@ -94,7 +94,8 @@ TEST(Lifting, RefusesAMotionThatInvertsACellAndNamesIt) {
     FAIL();
   } catch (const Failure &failure) {
     EXPECT_EQ(failure.code(), ExitCode::not_finite);
-    EXPECT_NE(std::string(failure.what()).find("inverts the cell at rest around"), std::string::npos);
+    for (const char *part : {"inverts the cell around (", ") mm at rest: det F = ", "lifting.slip", "time.step"})
+      EXPECT_NE(std::string(failure.what()).find(part), std::string::npos) << failure.what();
   }
 }
 

@@ -243,3 +243,15 @@ TEST(History, TheFileKeepsEveryBitAndNamesStatesAndUnits) {
   EXPECT_EQ(header, "step,time [s],volume [m^3],mean_pressure [Pa],phase,activation_time [s]");
   EXPECT_EQ(row, "0,0,0.00012,0.3333333333333333,isovolumetric contraction,nan");
 }
+
+TEST(Indicators, OfAWallThatIsOnlyLoadedAreOfTheWholeRun) {
+  History history;
+  history.columns = {{"step", "", {}}, {"time", "s", {}}, {"min_J", "1", {}}};
+  for (int n = 0; n < 12; ++n) // longer than a period
+    history.rows.push_back({double(n), 0.1 * n, 1 - 0.01 * n});
+  const auto found = indicators(history, period);
+  ASSERT_EQ(found["beats"].size(), 1u);
+  EXPECT_FALSE(found["beats"][0].contains("beat"));
+  EXPECT_TRUE(found["beats"][0]["complete"]);
+  EXPECT_NEAR(found["J_min"], 0.89, 1e-12);
+}

@@ -106,7 +106,7 @@ TEST(Notation, AWrittenRepetitionIsAcceleratedLikeOurs) {
   CouplingParameters ours = all_schemes()[2];
   SceneParameters scene = scene_with(indented(to_yaml(scheme(ours))));
   ours.acceleration = scene.coupling.acceleration = "anderson";
-  expect_equal(make_sequence(scene.coupling), make_sequence(ours));
+  expect_equal(make_sequence(scene.coupling, 0.2e-3), make_sequence(ours, 0.2e-3));
 }
 
 TEST(Notation, ALineThatIsNoneIsToldWithItsPlaceAndWhatItCouldBe) {
@@ -164,7 +164,7 @@ TEST(Notation, WhatALineOfTheSceneNamesAndNobodyHasIsToldAtOnce) {
       - commit ep
       - commit fluid)");
   try {
-    cast(scheme(scene.coupling), {ep, fluid});
+    drop_absent(scheme(scene.coupling), {ep, fluid});
     FAIL();
   } catch (const Failure &failure) {
     EXPECT_STREQ(
@@ -185,7 +185,7 @@ TEST(Notation, AStepThatDoesNotFitIsToldAtThePlaceOfItsLine) {
   const auto complaint = [&](const std::string &lines) -> std::string {
     const SceneParameters scene = scene_with("\n    step:" + lines);
     try {
-      check(make_sequence(scene.coupling), {ep, fluid});
+      check(make_sequence(scene.coupling, 0.2e-3), {ep, fluid});
     } catch (const Failure &failure) {
       return failure.what();
     }

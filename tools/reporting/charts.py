@@ -3,6 +3,7 @@ import numpy as np
 
 from results import ML, MMHG
 
+from . import trace
 from .style import PHASES, colour, colours, plt
 
 ROUND_OFF = 1e-12  # m^3/s, of volume that passes the wall
@@ -40,8 +41,9 @@ def own_colours(runs):
 
 def finish(figure, axes, runs):
     if len(runs) > 1:
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
+        named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels())}
+        shown = [run.name for run in runs if run.name in named]
+        figure.legend([named[name] for name in shown], shown, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
     figure.align_ylabels()
     return figure
 
@@ -80,6 +82,11 @@ def pressure_volume_loop(runs):
 
 def volume_and_pressure(runs):
     return in_time(runs, [("volume", ML, "volume [mL]"), ("mean_pressure", MMHG, "mean pressure [mmHg]")])
+
+
+def cavity(runs):
+    """Of a wall without blood."""
+    return None if has(runs, "volume") else in_time(runs, [("cavity_volume", ML, "volume [mL]")])
 
 
 def flows(runs):
@@ -152,8 +159,36 @@ def cost(runs):
     return figure
 
 
+def trace_of_steps(runs):
+    """Who works when, in two steps of a run with a trace that take as long as most do: a row for each rank."""
+    file = runs[0].folder / "trace.json"
+    if len(runs) > 1 or not file.exists():
+        return None
+    commands = [each for each in trace.slices(file) if each.what.split(":")[0] in trace.COMMANDS]
+    first = trace.usual_step(commands)
+    shown = [each for each in commands if each.step in (first, first + 1)]
+    if not shown:
+        return None
+    rows = sorted({(each.who, each.rank) for each in commands})
+    figure, axis = plt.subplots(figsize=(WIDTH, 1.0 + 0.3 * len(rows)))
+    begin = min(each.begin for each in shown)
+    for k, command in enumerate(trace.COMMANDS):
+        own = [each for each in shown if each.what.split(":")[0] == command]
+        axis.barh([rows.index((each.who, each.rank)) for each in own], [1e-3 * (each.end - each.begin) for each in own],
+                  left=[1e-3 * (each.begin - begin) for each in own], height=0.7, color=colour(k), label=command)
+    axis.set_yticks(range(len(rows)), [f"{who}, rank {rank}" for who, rank in rows])
+    axis.invert_yaxis()
+    axis.grid(axis="y", visible=False)
+    axis.set_xlabel(f"wall time [ms] in the steps {first} and {first + 1}")
+    figure.legend(loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=4, columnspacing=1.0)
+    figure.tight_layout()
+    return figure
+
+
 # File, title in the page, function.
 ALL = (("pv_loop", "Pressure-volume loop", pressure_volume_loop),
        ("volume_pressure", "Volume and pressure of the ventricle", volume_and_pressure),
+       ("cavity", "Volume of the cavity", cavity),
        ("flows", "Flow through the valves", flows), ("budget", "Blood that passes the wall", budget),
-       ("wall", "Wall", wall), ("iterations", "Iterations a step", iterations), ("cost", "Cost by part", cost))
+       ("wall", "Wall", wall), ("iterations", "Iterations a step", iterations), ("cost", "Cost by part", cost),
+       ("trace", "Who works when", trace_of_steps))

@@ -11,14 +11,14 @@ from PIL import Image
 from launching.programs import command
 from results import provenance
 
-from . import tables
+from . import budget, tables, trace
 from .plausibility import findings
 from .style import inline
 
 HERE = Path(__file__).parent
 PICTURES = (("activation", "Activation"), ("fibres", "Fibres"), ("potential", "Potential"), ("ejection", "Blood in ejection"),
             ("filling", "Blood in filling"), ("deformation", "Deformation"))
-FILMS = {"potential": "Potential", "calcium": "Calcium", "displacement": "Displacement", "velocity": "Velocity of the blood",
+FILMS = {"potential": "Potential", "calcium": "Calcium", "displacement": "Displacement", "fibres": "Fibres", "velocity": "Velocity of the blood",
          "pressure": "Pressure of the blood"}
 
 
@@ -90,6 +90,32 @@ def films(run, number):
             "</script>")
 
 
+def errors(run):
+    """The error budget of the scene, if there is one."""
+    if not (file := budget.find(run)):
+        return ""
+    differ = budget.differences(run, file)
+    if differ is None:
+        of = "Of a scene with the name of this one; its run is not there any more, so that they cannot be compared."
+    elif differ:
+        of = "Of the same scene but for " + ", ".join(f"{key}: {tables.as_written(value)}" for key, value in differ.items()) + "."
+    else:
+        of = "Of this scene."
+    return (f"<p>{text(of)} Each discretisation made finer or coarser alone; 'error' estimates what the scene's own is wrong by, "
+            f"cost is over the scene's ({text(file)}).</p>" + table(*budget.table(file)))
+
+
+def idle(run):
+    """When nobody works, of a run with a trace."""
+    file = run.folder / "trace.json"
+    if not file.exists():
+        return ""
+    try:
+        return table(*trace.rows_of_gaps(trace.slices(file)))
+    except (ValueError, KeyError) as error:
+        return f"<p>trace.json: {text(error)}</p>"
+
+
 def repetition(run):
     """The command that has made the run, and the one that repeats it from its resolved scene."""
     about = provenance(run.folder)
@@ -114,7 +140,8 @@ def whole_scene(run):
 def about(run):
     scheme, mesh = run.scheme, run.scene.get("geometry.mesh", "")
     shape = run.scene.get("geometry.shape", "")
-    parts = [shape.replace("_", " ") + (f", mesh {mesh}" if shape == "ideal_left_ventricle" else ""), scheme,
+    where = {"ideal_left_ventricle": f"ideal left ventricle, mesh {mesh}", "file": f"mesh {Path(str(mesh)).name}"}
+    parts = [where.get(shape, shape), scheme,
              f"{run.history.time[-1] * 1e3:.0f} ms in {len(run.history.time) - 1} steps"]
     return ", ".join(part for part in parts if part)
 
@@ -128,8 +155,10 @@ def page(runs, drawn, defaults, missing_pictures=""):
     looks = [(f"<h3>{text(run.name)}</h3>" if several else "") + films(run, k) + pictures(run) for k, run in enumerate(runs)
              if films(run, k) or pictures(run)]
     parts.append(section("Pictures", *looks, f"<p>{text(missing_pictures)}</p>" if missing_pictures else ""))
-    parts.append(section("Cost", *((f"<h3>{text(run.name)}</h3>" if several else "") + table(*tables.cost(run)) for run in runs
-                                   if tables.cost(run)[1])))
+    parts.append(section("Error budget", *((f"<h3>{text(run.name)}</h3>" if several else "") + errors(run) for run in runs
+                                           if errors(run))))
+    parts.append(section("Cost", *((f"<h3>{text(run.name)}</h3>" if several else "") + table(*tables.cost(run)) + idle(run)
+                                   for run in runs if tables.cost(run)[1])))
     parts.append(section("Scene", differences(runs, defaults), *map(whole_scene, runs)))
     parts.append(section("Origin", *((f"<h3>{text(run.name)}</h3>" if several else "") + repetition(run)
                                      + table(["", ""], tables.origin(run), words=True) for run in runs)))

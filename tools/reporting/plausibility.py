@@ -18,6 +18,7 @@ LOSS = 5.0               # percent of the volume; the paper's EFS1 loses 3.5 and
 DISAGREEMENT = 0.02      # of the largest pressure, or of 1 kPa where that is less, in
 STEPS_IN_A_ROW = 6       # as many as the fluid solver's watch looks at
 PERIODIC = 2.0           # percent
+STALLED = 0.1            # s without another node activated: a front passes even a coarse cell in a tenth of that
 
 
 @dataclass
@@ -39,12 +40,19 @@ def which(run, beat):
     return f" in beat {beat['beat']}" if len(run.indicators.get("beats", [])) > 1 else ""
 
 
+def has_stalled(run, rows):
+    """Whether activation has come to rest in a beat that has not ended: since the beginning, or since the last node."""
+    time, share = run.history.time[rows], run.history["activated_share"][rows]
+    grown = np.flatnonzero(np.diff(share) > 0)
+    return time[-1] - time[grown[-1] + 1 if len(grown) else 0] >= STALLED
+
+
 def activation(run):
     if "activated_share" not in run.history:
         return
-    for beat in complete_beats(run):
+    for beat, rows in run.beats():
         share = beat.get("activated_percent")
-        if share is None:
+        if share is None or not (beat.get("complete") or has_stalled(run, rows)):
             continue
         if share == 0:
             yield Finding(f"no point of the wall is activated{which(run, beat)}", "electrophysiology.stimulus",

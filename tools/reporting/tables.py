@@ -5,8 +5,10 @@ from results import SHOWN, flat, provenance
 
 
 def whole(beat):
-    """Heading of a beat's column."""
-    return f"beat {beat.get('beat', 1)}" + ("" if beat.get("complete", True) else " (incomplete)")
+    """Heading of a beat's column; a wall that is only loaded has no beats."""
+    if "beat" not in beat:
+        return "run"
+    return f"beat {beat['beat']}" + ("" if beat.get("complete", True) else " (incomplete)")
 
 
 def indicators(runs):

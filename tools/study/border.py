@@ -218,7 +218,7 @@ def draw(study, searches, path):
         axis.set_yscale("log")
         axis.set_ylim(min(values) / 1.5, 1.6 * top)
     for axis in axes[-1]:
-        axis.set_xlabel(study.border.get("x_label", study.border.get("x", "")))
+        axis.set_xlabel(style.pretty(study.border.get("x_label", study.border.get("x", ""))))
     for axis in axes[:, 0]:
         axis.set_ylabel(f"{study.border['key']} [{style.pretty(study.border.get('unit', ''))}]")
     for unused in axes.ravel()[len(groups):]:

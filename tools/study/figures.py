@@ -76,7 +76,7 @@ def against(study, _, figure, runs, done, path):
                 draw_group(axis, figure, measure, group, (MARKERS[i % len(MARKERS)], shade), points, study.paper)
         for run in lines:
             draw_level(axis, run.name, done[run.name][measure], study.paper.get(run.name, {}).get(measure))
-        axis.set_xlabel(figure.get("x_label", label(figure["x"])))
+        axis.set_xlabel(style.pretty(figure.get("x_label", label(figure["x"]))))
         axis.set_ylabel(label(measure), fontsize=9)
         if "x" in figure.get("log", []):
             log_axis(axis, sorted({value for value in x.values() if value is not None}))
@@ -145,7 +145,7 @@ def bars(study, _, figure, runs, done, path):
         axis.barh(range(len(names)), values, color=style.colours(names), alpha=0.75)
         for k, value in enumerate(values):  # in a column beside the axes, where no bar and no diamond comes
             if np.isfinite(value):
-                axis.text(1.17, k, f"{value:.3g}", transform=axis.get_yaxis_transform(), ha="right", va="center",
+                axis.text(1.02, k, f"{value:.3g}", transform=axis.get_yaxis_transform(), ha="left", va="center",
                           fontsize=7)
         axis.set_yticks(range(len(names)), names)
         if known:

@@ -151,18 +151,19 @@ def legends(axis, looks, meshes, floor):
 
 
 def put_labels(drawing, axis, points, all_points):
-    """Names beside their points, each in the first of some places where it covers no other name and no point."""
+    """Names beside their points, each in the first of some places within the axes where it covers no other name and no point."""
     drawing.canvas.draw()
     pixels = axis.transData.transform([point[:2] for point in points])
     taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in axis.transData.transform(all_points)]
-    unit = drawing.dpi / 72
+    unit, frame = drawing.dpi / 72, axis.get_window_extent()
     for (x, y), (*_, name) in sorted(zip(pixels, points), key=lambda entry: -entry[0][1]):
         width, height = 3.9 * len(name) * unit, 8 * unit
         places = [(side, shift) for shift in sorted(range(-120, 121, 8), key=abs) for side in (1, -1)]
         for side, shift in places:
             left = x + 7 * unit if side > 0 else x - 7 * unit - width
             box = (left, y + shift * unit - height / 2, left + width, y + shift * unit + height / 2)
-            if all(box[2] < t[0] or t[2] < box[0] or box[3] < t[1] or t[3] < box[1] for t in taken):
+            if frame.x0 <= box[0] and box[2] <= frame.x1 and all(
+                    box[2] < t[0] or t[2] < box[0] or box[3] < t[1] or t[3] < box[1] for t in taken):
                 break
         taken.append(box)
         axis.annotate(name, axis.transData.inverted().transform((x, y)), xytext=(7 * side, shift),
