@@ -12,7 +12,7 @@
 namespace heartbus::ale {
 
 ALESolver::ALESolver(const fem::LagrangeSpace &space, const Parameters &parameters)
-    : space_(space), problem_(space, parameters), motion_(space.make_vector(3)), past_(3, motion_),
+    : space_(space), problem_(space, parameters), ale_displacement_(space.make_vector(3)), past_(3, ale_displacement_),
       mesh_motion_(3 * space.n_owned_nodes()) {
   const auto on = space.nodes_on("interface");
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
@@ -35,14 +35,14 @@ void ALESolver::declare(bus::Declaration &bus) {
 /// First guess: the parabola through the last three motions.
 void ALESolver::prepare_step(const bus::Step &) {
   if (has_history_)
-    past_.extrapolate(motion_);
+    past_.extrapolate(ale_displacement_);
 }
 
 void ALESolver::commit_step(const bus::Step &) {
   if (std::exchange(has_history_, true))
-    past_.push(motion_);
+    past_.push(ale_displacement_);
   else
-    past_.fill(motion_);
+    past_.fill(ale_displacement_);
 }
 
 /// A mesh that nobody moves would be at rest without a word.
@@ -58,16 +58,16 @@ void ALESolver::require_displacement() {
 void ALESolver::solve_step(const bus::Step &) {
   require_displacement();
   for (std::size_t k = 0; k < displacement_.size(); ++k)
-    motion_.local_element(3 * interface_nodes_[k / 3] + k % 3) = displacement_[k];
-  iterations_ = problem_.lift(motion_);
-  std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
+    ale_displacement_.local_element(3 * interface_nodes_[k / 3] + k % 3) = displacement_[k];
+  iterations_ = problem_.lift(ale_displacement_);
+  std::copy(ale_displacement_.begin(), ale_displacement_.begin() + mesh_motion_.size(), mesh_motion_.begin());
 }
 
 void ALESolver::visit(io::State &state) {
   state.points("cavity", fem::owned_points(space_), space_.smallest_cell_size());
-  state.field("motion", 3, past_[0].begin());
-  state.field("motion_before", 3, past_[1].begin());
-  state.field("motion_before_that", 3, past_[2].begin());
+  state.field("ale_displacement", 3, past_[0].begin());
+  state.field("ale_displacement_nm1", 3, past_[1].begin());
+  state.field("ale_displacement_nm2", 3, past_[2].begin());
 }
 
 void ALESolver::save_state(const std::string &folder, const bus::Step &) {
@@ -77,8 +77,8 @@ void ALESolver::save_state(const std::string &folder, const bus::Step &) {
 void ALESolver::load_state(const std::string &folder, const bus::Step &) {
   io::load_state(space_.communicator(), folder + "/ale.h5", [&](io::State &state) { visit(state); });
   has_history_ = true;
-  motion_ = past_[0];
-  std::copy(motion_.begin(), motion_.begin() + mesh_motion_.size(), mesh_motion_.begin());
+  ale_displacement_ = past_[0];
+  std::copy(ale_displacement_.begin(), ale_displacement_.begin() + mesh_motion_.size(), mesh_motion_.begin());
 }
 
 } // namespace heartbus::ale

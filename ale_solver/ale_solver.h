@@ -29,7 +29,7 @@ class ALESolver : public bus::Solver {
 
   const fem::LagrangeSpace &space_;
   LiftingProblem problem_;
-  fem::Vector motion_;
+  fem::Vector ale_displacement_;
   fem::TimeHistory past_; ///< motions
   bool has_history_ = false, has_displacement_ = false;
   std::vector<unsigned> interface_nodes_;          ///< owned

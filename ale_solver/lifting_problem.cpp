@@ -6,8 +6,8 @@
 
 namespace heartbus::ale {
 
-using fem::Lanes;
 using fem::Vector;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -51,11 +51,11 @@ void LiftingProblem::constrain(const Parameters &parameters) {
 
 void LiftingProblem::assemble(fem::BlockMatrix<double> &matrix) const {
   const unsigned n = space_.nodes_per_cell();
-  std::vector<Lanes> K(n * n);
+  std::vector<VectorizedDouble> K(n * n);
   for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
-    std::fill(K.begin(), K.end(), Lanes{});
+    std::fill(K.begin(), K.end(), VectorizedDouble{});
     for (unsigned q = 0; q < space_.n_q(); ++q) {
-      const Lanes *gradients = space_.gradients(batch) + q * n * 3;
+      const VectorizedDouble *gradients = space_.gradients(batch) + q * n * 3;
       for (unsigned a = 0; a < n; ++a)
         for (unsigned b = 0; b < n; ++b)
           for (unsigned i = 0; i < 3; ++i)
@@ -65,19 +65,19 @@ void LiftingProblem::assemble(fem::BlockMatrix<double> &matrix) const {
   }
 }
 
-unsigned LiftingProblem::lift(Vector &motion) {
-  const unsigned iterations = solve(motion);
-  check(motion);
+unsigned LiftingProblem::lift(Vector &ale_displacement) {
+  const unsigned iterations = solve(ale_displacement);
+  check(ale_displacement);
   return iterations;
 }
 
-unsigned LiftingProblem::solve(Vector &motion) {
+unsigned LiftingProblem::solve(Vector &ale_displacement) {
   const bus::Stopwatch::Section assembly(stopwatch, "assembly");
-  Vector prescribed(motion), b = space_.make_vector(3), load(b), correction(b);
+  Vector prescribed(ale_displacement), b = space_.make_vector(3), load(b), correction(b);
   for (unsigned k = 0; k < prescribed.locally_owned_size(); ++k)
     if (!constrained_[k])
       prescribed.local_element(k) = 0;
-  laplace_.vmult_3rhs(b, motion);
+  laplace_.vmult_3rhs(b, ale_displacement);
   b *= -1;
   laplace_.vmult_3rhs(load, prescribed);
   fem::zero_constrained(b, constrained_);
@@ -93,24 +93,24 @@ unsigned LiftingProblem::solve(Vector &motion) {
   };
   const auto statistics =
       fem::solve_linear("lifting", laplace, correction, b, Threefold(*factorisation_, constrained_), tolerance);
-  motion += correction;
+  ale_displacement += correction;
   return statistics.iterations;
 }
 
-void LiftingProblem::check(const Vector &motion) {
+void LiftingProblem::check(const Vector &ale_displacement) {
   const bus::Stopwatch::Section section(stopwatch, "check of the mesh");
-  const fem::GhostValues ghosts(motion);
+  const fem::GhostValues ghosts(ale_displacement);
   const unsigned n = space_.nodes_per_cell();
-  std::vector<Lanes> d(3 * n);
+  std::vector<VectorizedDouble> d(3 * n);
   unsigned worst_slot = 0;
   smallest_J_ = std::numeric_limits<double>::max();
   for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
     for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
       const unsigned *nodes = space_.cell_nodes(batch * fem::n_lanes + lane);
       for (unsigned k = 0; k < 3 * n; ++k)
-        d[k][lane] = motion.begin()[3 * nodes[k / 3] + k % 3];
+        d[k][lane] = ale_displacement.begin()[3 * nodes[k / 3] + k % 3];
     }
-    Lanes J;
+    VectorizedDouble J;
     smallest_jacobian(n, space_.n_q(), space_.gradients(batch), d.data(), J);
     for (unsigned lane = 0; lane < fem::n_lanes; ++lane)
       if (!(J[lane] >= smallest_J_)) {

@@ -22,7 +22,7 @@ class LiftingProblem {
 
   /// Lifts the values that `motion` (three components a node) has on the interface; all others are the first guess.
   /// Returns the iterations of all components. Throws Failure(not_finite) naming the cell when det F <= 0 somewhere.
-  unsigned lift(fem::Vector &motion);
+  unsigned lift(fem::Vector &ale_displacement);
 
   /// For manufactured solutions: whether component i is prescribed at a local node.
   bool prescribed(unsigned node, unsigned i) const { return constrained_[3 * node + i]; }
@@ -32,8 +32,8 @@ class LiftingProblem {
  private:
   void constrain(const Parameters &parameters);
   void assemble(fem::BlockMatrix<double> &matrix) const;
-  unsigned solve(fem::Vector &motion);
-  void check(const fem::Vector &motion);
+  unsigned solve(fem::Vector &ale_displacement);
+  void check(const fem::Vector &ale_displacement);
 
   const fem::LagrangeSpace &space_;
   double tolerance_;

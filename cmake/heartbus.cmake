@@ -7,7 +7,7 @@ if(PROJECT_IS_TOP_LEVEL)
   target_compile_options(heartbus_options INTERFACE -Wall -Wextra -Werror -Wno-psabi)
 endif()
 
-# fem::Lanes is aligned to 16 bytes on the baseline machine, so that is what memory holds; but in the versions for wider
+# fem::VectorizedDouble is aligned to 16 bytes on the baseline machine, so that is what memory holds; but in the versions for wider
 # machines (HEARTBUS_SIMD) the compiler loads it with instructions that fault below 32 or 64. The assembler can replace them
 # by their unaligned forms, which are as fast.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|amd64|AMD64")

@@ -1,12 +1,14 @@
 #include "coupler/options.h"
 
 #include "common/base/failure.h"
+#include "common/bus/world.h"
 #include "common/geometry/mesh_writer.h"
 #include "common/geometry/shapes.h"
 #include "common/units/nearest.h"
 #include "coupler/checkpoints.h"
 #include "coupler/launch.h"
 #include "coupler/results_name.h"
+#include "coupler/sequence/sequence.h"
 #include "scene/settings.h"
 
 #include <CLI/CLI.hpp>
@@ -29,6 +31,7 @@ std::optional<int> parse(int argc, char **argv, Options &options) {
   app.add_flag("--print-defaults", print_defaults, "prints every key with its default, unit and meaning");
   app.add_flag("--launch-line", launch_line, "checks the scene and prints the arguments for mpirun");
   app.add_option("--write-mesh", options.mesh_file, "writes the meshes of the scene's shape to a mesh file and ends");
+  app.set_version_flag("--version", bus::version_of("coupler"));
   std::string default_scene; // the last two are for launchers
   app.add_option("--default-scene", default_scene, "")->group("");
   app.add_option("--hand-over", options.hand_over, "")->group("");
@@ -55,6 +58,10 @@ SceneParameters scene_of(const Options &options) {
   if (options.ranks > 0)
     for (auto &[name, participant] : scene.participants)
       participant.ranks = options.ranks;
+  std::vector<std::string> names;
+  for (const auto &[name, participant] : scene.participants)
+    names.push_back(name);
+  check_names(scheme(scene.coupling), names);
   return scene;
 }
 

@@ -6,6 +6,7 @@
 #include "coupler/indicators.h"
 #include "coupler/launch.h"
 #include "coupler/provenance.h"
+#include "coupler/sequence/notation.h"
 #include "coupler/sequence/passes.h"
 #include "coupler/step_log.h"
 #include "coupler/trace_file.h"
@@ -219,14 +220,14 @@ Sequence Simulation::meet_participants() {
   coordinator_.handshake(expected, text, folder_, scene_.coupling.deadline);
 
   const auto &participants = coordinator_.participants();
-  Sequence sequence = cast(make_sequence(scene_.coupling), participants);
+  Sequence sequence = drop_absent(make_sequence(scene_.coupling, scene_.time.step), participants);
   if (scene_.coupling.lookahead > 0)
     sequence = ordered_ahead(sequence, scene_.coupling.lookahead);
   check(sequence, participants);
   write_file(folder_ + "/scene.resolved.yaml", text);
   write_file(folder_ + "/provenance.json", provenance(folder_));
-  log_->info("{}: a step of {} is{}", scene_.name, sequence.name,
-             to_lines(cast(scheme(scene_.coupling), participants).step));
+  log_->info("{}: the scheme {} is{}", scene_.name, sequence.name,
+             to_yaml(drop_absent(scheme(scene_.coupling), participants)));
   log_->info("as it is done: {}", to_text(sequence));
   return sequence;
 }

@@ -4,12 +4,12 @@
 
 namespace heartbus::ep {
 
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 Cells::Cells(const IonicModel &model, Integrator integrator, unsigned n_nodes)
     : model_(model), integrator_(integrator), I_ion_(n_nodes), curvature_(n_nodes), error_(n_nodes) {}
 
-void Cells::begin_step(const std::vector<Lanes> &states_n, const double *v, double step,
+void Cells::begin_step(const std::vector<VectorizedDouble> &states_n, const double *v, double step,
                        const std::vector<char> &is_fast) {
   const unsigned n_nodes = curvature_.size();
   std::fill(curvature_.begin(), curvature_.end(), 0);
@@ -41,7 +41,7 @@ void Cells::substep(const double *v, double dt, double *I_ion) {
   }
 }
 
-void Cells::end_step(std::vector<Lanes> &states_np1) const {
+void Cells::end_step(std::vector<VectorizedDouble> &states_np1) const {
   states_np1 = states_;
   model_.scatter(fast_, fast_states_, states_np1);
 }

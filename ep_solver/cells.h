@@ -17,11 +17,11 @@ class Cells {
 
   /// `v` is the potential [V] that the integrator asks for (ionic_model.h) of the step of length `step` [s]. Cells of
   /// nodes with is_fast[node] wait for their substeps.
-  void begin_step(const std::vector<fem::Lanes> &states_n, const double *v, double step,
+  void begin_step(const std::vector<fem::VectorizedDouble> &states_n, const double *v, double step,
                   const std::vector<char> &is_fast);
   /// `v` as above, of the substep. Sets I_ion [V/s] of all nodes.
   void substep(const double *v, double dt, double *I_ion);
-  void end_step(std::vector<fem::Lanes> &states_np1) const;
+  void end_step(std::vector<fem::VectorizedDouble> &states_np1) const;
 
   const std::vector<double> &curvature() const { return curvature_; } ///< in the step so far, [node]
 
@@ -29,7 +29,7 @@ class Cells {
   const IonicModel &model_;
   Integrator integrator_;
   std::vector<unsigned> fast_; ///< nodes
-  std::vector<fem::Lanes> states_, fast_states_;
+  std::vector<fem::VectorizedDouble> states_, fast_states_;
   std::vector<double> I_ion_, curvature_, error_; ///< [node]
   std::vector<double> fast_v_, fast_I_ion_;       ///< [fast node]
 };

@@ -7,7 +7,7 @@ namespace heartbus::ep {
 
 /// The tensor of the paper (section 2.2), D = sigma_f f (x) f + sigma_s s (x) s + sigma_n n (x) n, at all quadrature
 /// points of the space: [batch * n_q + q] [m^2/s].
-std::vector<fem::Mat3<fem::Lanes>> conductivity(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
-                                                const ConductivityParameters &parameters);
+std::vector<fem::Mat3<fem::VectorizedDouble>> conductivity(const fem::LagrangeSpace &space, const fem::Fibres &fibres,
+                                                           const ConductivityParameters &parameters);
 
 } // namespace heartbus::ep

@@ -47,7 +47,7 @@ Origins origins_in_tetrahedra(unsigned n_nodes) {
 
 class Front {
  public:
-  Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::Lanes>> &D, double front_speed);
+  Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::VectorizedDouble>> &D, double front_speed);
   void start(const StimulusSite &site, double time);
   void run();
   std::vector<double> times() const { return {times_.begin(), times_.begin() + space_.n_owned_nodes()}; }
@@ -69,7 +69,7 @@ class Front {
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
 };
 
-Front::Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::Lanes>> &D, double front_speed)
+Front::Front(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::VectorizedDouble>> &D, double front_speed)
     : space_(space),
       origins_(space.nodes_per_cell() == 8 ? origins_in_hexahedron() : origins_in_tetrahedra(space.nodes_per_cell())),
       slots_(space.n_local_nodes()), times_(space.n_local_nodes(), arrival::never) {
@@ -172,8 +172,8 @@ void Front::run() {
 
 } // namespace
 
-std::vector<double> eikonal(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::Lanes>> &D, double front_speed,
-                            const std::vector<StimulusSite> &sites, double start) {
+std::vector<double> eikonal(const fem::LagrangeSpace &space, const std::vector<Mat3<fem::VectorizedDouble>> &D,
+                            double front_speed, const std::vector<StimulusSite> &sites, double start) {
   check_reach(sites, {space.points().begin(), space.points().begin() + space.n_owned_nodes()}, space.communicator(),
               is_in);
   Front front(space, D, front_speed);

@@ -21,7 +21,7 @@ namespace heartbus::ep {
 /// when a site reaches no node.
 ///
 /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
-std::vector<double> eikonal(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D,
+std::vector<double> eikonal(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::VectorizedDouble>> &D,
                             double front_speed, const std::vector<StimulusSite> &sites, double start);
 
 } // namespace heartbus::ep

@@ -9,8 +9,8 @@
 
 namespace heartbus::ep {
 
-using fem::Lanes;
 using fem::Vector;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -37,7 +37,7 @@ double EPSolver::State::share(double time) const {
   return time < end - round_off * (end - begin) ? (time - begin) / (end - begin) : 1;
 }
 
-EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
+EPSolver::EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<VectorizedDouble>> &D,
                    const Parameters &parameters)
     : space_(space), period_(parameters.stimulus.period), control_(parameters),
       integrator_(integrator(parameters.integrator)), model_(make_ionic_model(parameters.ionic_model)),
@@ -213,7 +213,7 @@ void EPSolver::commit_step(const bus::Step &step) {
 void EPSolver::visit(io::State &state) {
   state.points("tissue", fem::owned_points(space_), space_.smallest_cell_size());
   state.field("potential", 1, n_.v.begin());
-  state.field("potential_before", 1, n_.v_before.begin());
+  state.field("potential_nm1", 1, n_.v_before.begin());
   state.field("current", 1, n_.current.begin());
   state.number("begin", n_.begin);
   state.number("end", n_.end);

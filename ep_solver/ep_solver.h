@@ -21,7 +21,8 @@ namespace heartbus::ep {
 class EPSolver : public bus::Solver {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
-  EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, const Parameters &parameters);
+  EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::VectorizedDouble>> &D,
+           const Parameters &parameters);
   void write_fields(const std::string &folder, const OutputParameters &output) { output_.write_to(folder, output); }
 
   void declare(bus::Declaration &declaration) override;
@@ -51,7 +52,7 @@ class EPSolver : public bus::Solver {
     fem::Vector current;       ///< I_app - I_ion of that substep
     double dt_before = 1e-6;   ///< length of that substep [s]; at the start, where nothing changes, next to nothing
     double longest = 1;        ///< substep that the next step starts with, at most [s]
-    std::vector<fem::Lanes> ionic;
+    std::vector<fem::VectorizedDouble> ionic;
     std::vector<double> calcium_begin;              ///< [uM], at its begin
     std::vector<double> curvature;                  ///< within it (cells.h) [1/s^2]
     std::vector<double> activation, repolarisation; ///< of this beat, from its begin [s]; NaN: not yet

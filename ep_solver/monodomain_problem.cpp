@@ -6,7 +6,7 @@
 
 namespace heartbus::ep {
 
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -15,13 +15,13 @@ constexpr double what_rounding_allows = 1e-6;
 
 } // namespace
 
-MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<Lanes>> &D,
+MonodomainProblem::MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<VectorizedDouble>> &D,
                                      double tolerance, const std::string &preconditioner)
     : M_(space, 1), K_(M_.pattern(), 1), A_(M_.pattern(), 1), wv_(2 * std::size_t(space.n_local_nodes())),
       weights_(space.make_vector(1)), tolerance_(tolerance), preconditioner_kind_(preconditioner), rate_(weights_),
       residual_(weights_), increment_(weights_) {
   const unsigned n = space.nodes_per_cell(), n_q = space.n_q();
-  std::vector<Lanes> M(n * n), K(n * n);
+  std::vector<VectorizedDouble> M(n * n), K(n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
     monodomain_matrices(n_q, n, space.shapes(), space.gradients(batch), space.JxW(batch), &D[batch * n_q], M.data(),
                         K.data());

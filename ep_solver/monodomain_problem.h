@@ -17,8 +17,8 @@ namespace heartbus::ep {
 class MonodomainProblem {
  public:
   /// `D`: conductivity [m^2/s] at the quadrature points, [batch * n_q + q].
-  MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::Lanes>> &D, double tolerance,
-                    const std::string &preconditioner);
+  MonodomainProblem(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::VectorizedDouble>> &D,
+                    double tolerance, const std::string &preconditioner);
 
   /// Sets the step. The matrices of each step that was ever set are kept.
   void set_step(double dt);

@@ -83,7 +83,7 @@ void FluidSolver::declare(bus::Declaration &bus) {
   bus.scalar("fluid_residual", "1", [this] { return statistics_.residual; });
   bus.scalar("volume_defect", "m^3/s", [this] { return budget_.volume_defect; });
   bus.scalar("interface_power", "W", [this] { return budget_.power; });
-  bus.scalar("disagreement", "Pa", [this] { return budget_.disagreement; });
+  bus.scalar("disagreement", "Pa", [this] { return budget_.kinematic_jump; });
   if (!side_.is_robin())
     return;
   bus.scalar("alpha", "kg/(m^2 s)", [this] { return problem_.alpha(); });
@@ -107,14 +107,14 @@ void FluidSolver::declare_tasks(bus::Declaration &bus) {
   bus.task("correct", [this](const bus::Step &) { problem_.add_pressure(side_.pressure_correction()); });
 }
 
-Vector FluidSolver::mesh_motion() const {
-  Vector motion = space_.make_vector(3);
-  std::copy(mesh_motion_.begin(), mesh_motion_.end(), motion.begin());
-  return motion;
+Vector FluidSolver::ale_displacement() const {
+  Vector ale_displacement = space_.make_vector(3);
+  std::copy(mesh_motion_.begin(), mesh_motion_.end(), ale_displacement.begin());
+  return ale_displacement;
 }
 
 void FluidSolver::start() {
-  problem_.start(mesh_motion());
+  problem_.start(ale_displacement());
   if (valves_) {
     at_mitral_ = at(*mitral_, -1);
     at_aortic_ = at(*aortic_, 1);
@@ -136,8 +136,8 @@ void FluidSolver::begin_probe() {
     blood_at_rest_->add_orifice("mitral", 0, mitral_->resistance).open = mitral_->open;
     blood_at_rest_->add_orifice("aortic", 0, aortic_->resistance).open = aortic_->open;
   }
-  blood_at_rest_->start(mesh_motion());
-  blood_at_rest_->prepare(mesh_motion());
+  blood_at_rest_->start(ale_displacement());
+  blood_at_rest_->prepare(ale_displacement());
 }
 
 void FluidSolver::probe() {
@@ -147,9 +147,9 @@ void FluidSolver::probe() {
 
 void FluidSolver::prepare_step(const bus::Step &step) {
   blood_at_rest_.reset();
-  const Vector motion = mesh_motion();
+  const Vector d = ale_displacement();
   if (valves_ && problem_.follows_motion())
-    valves_->follow(problem_.volume_rate(motion));
+    valves_->follow(problem_.volume_rate(d));
   else if (valves_)
     switch_valves(step.time - step.size);
   if (valves_) {
@@ -158,7 +158,7 @@ void FluidSolver::prepare_step(const bus::Step &step) {
   }
   if (inlet_)
     inlet_->pressure = parameters_.inlet.pressure.at(step.time);
-  problem_.prepare(motion);
+  problem_.prepare(d);
 }
 
 /// Through the open valve sigma n = -(p + R Q) n with p = rest + slope Q: nothing is iterated.
@@ -277,7 +277,7 @@ void FluidSolver::load_state(const std::string &folder, const bus::Step &step) {
 /// The geometry of a step is that of d^n: on the interface d^{n+1} = d^n + dt v, so that blood and wall meet in
 /// pictures.
 Vector FluidSolver::shown_motion() const {
-  Vector motion = problem_.motion();
+  Vector motion = problem_.ale_displacement();
   if (wall_velocity_.size() > 0)
     for (const unsigned node : side_.nodes().nodes())
       for (unsigned i = 0; i < 3; ++i)

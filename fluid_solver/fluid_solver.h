@@ -53,7 +53,7 @@ class FluidSolver : public bus::Solver {
   void begin_probe();
   void probe();
   bool isovolumetric() const;
-  fem::Vector mesh_motion() const;
+  fem::Vector ale_displacement() const;
   void refuse_instability(const bus::Step &step);
   void refuse_runaway_inflow(const bus::Step &step, const Orifice &orifice, bool is_lost);
   void watch_inflow(const bus::Step &step);
@@ -79,7 +79,7 @@ class FluidSolver : public bus::Solver {
   std::vector<double> mesh_motion_; ///< of the bus
   fem::LinearStatistics statistics_;
   interface::Budget budget_;
-  fem::Vector wall_velocity_; ///< of the last budget, for output; empty before
+  fem::Vector wall_velocity_;                          ///< of the last budget, for output; empty before
   std::unique_ptr<NavierStokesProblem> blood_at_rest_; ///< to be probed
   InflowWatch inflow_watch_;                           ///< of the mitral valve, or the inlet
   int coupling_iterations_ = 0;                        ///< of the last step

@@ -7,13 +7,13 @@ namespace heartbus::fluid {
 MovedSurface::MovedSurface(const fem::LagrangeSpace &space, const std::string &label)
     : space_(space), faces_(space.faces(label)), area_vectors_(faces_.n_faces * faces_.n_q) {}
 
-void MovedSurface::move(const fem::Vector &motion) {
+void MovedSurface::move(const fem::Vector &ale_displacement) {
   const unsigned n = faces_.nodes_per_cell;
   for (unsigned f = 0; f < faces_.n_faces; ++f)
     for (unsigned q = 0; q < faces_.n_q; ++q) {
       const std::size_t point = f * faces_.n_q + q;
       const auto d = [&](unsigned a, unsigned i) {
-        return motion.begin()[3 * space_.cell_nodes(faces_.slots[f])[a] + i];
+        return ale_displacement.begin()[3 * space_.cell_nodes(faces_.slots[f])[a] + i];
       };
       const fem::Mat3<double> F = fem::deformation_gradient(n, d, &faces_.gradients[point * n * 3]);
       const double *N = &faces_.normals[3 * point], w = faces_.JxW[point];

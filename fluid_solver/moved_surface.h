@@ -17,7 +17,7 @@ class MovedSurface {
   MovedSurface(const fem::LagrangeSpace &space, const std::string &label);
 
   /// Takes the motion d (three components a node, ghosts valid). Call before anything below.
-  void move(const fem::Vector &motion);
+  void move(const fem::Vector &ale_displacement);
 
   /// |n da| at each quadrature point, and u.n da; both [f][q] with the quadrature weight.
   std::vector<double> areas() const;

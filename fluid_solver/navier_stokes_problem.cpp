@@ -10,9 +10,9 @@
 
 namespace heartbus::fluid {
 
-using fem::Lanes;
 using fem::n_lanes;
 using fem::Vector;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -29,27 +29,6 @@ std::vector<double> unit_cell_nodes(unsigned nodes_per_cell) {
     for (unsigned i = 0; i < 3; ++i)
       nodes.push_back((a >> i) & 1 ? 1 : -1);
   return nodes;
-}
-
-/// The components [first, first + count) of a nodal field at the nodes of a batch of cells.
-void gather(const fem::LagrangeSpace &space, unsigned batch, const Vector &field, unsigned components, unsigned count,
-            Lanes *values) {
-  const double *v = field.begin();
-  for (unsigned lane = 0; lane < n_lanes; ++lane) {
-    const unsigned *nodes = space.cell_nodes(batch * n_lanes + lane);
-    for (unsigned a = 0; a < space.nodes_per_cell(); ++a)
-      for (unsigned i = 0; i < count; ++i)
-        values[a * count + i][lane] = v[nodes[a] * components + i];
-  }
-}
-
-void scatter(const fem::LagrangeSpace &space, unsigned batch, const Lanes *values, Vector &field) {
-  for (unsigned lane = 0; lane < n_lanes; ++lane) {
-    const unsigned slot = batch * n_lanes + lane, *nodes = space.cell_nodes(slot);
-    for (unsigned a = 0; a < space.nodes_per_cell() && space.slot_used(slot); ++a)
-      for (unsigned i = 0; i < 4 && nodes[a] < space.n_owned_nodes(); ++i)
-        field.local_element(4 * nodes[a] + i) += values[4 * a + i][lane];
-  }
 }
 
 } // namespace
@@ -70,8 +49,8 @@ Orifice &NavierStokesProblem::add_orifice(const std::string &label, double press
   return *orifices_.back();
 }
 
-void NavierStokesProblem::start(const Vector &motion) {
-  d_n_ = motion;
+void NavierStokesProblem::start(const Vector &ale_displacement) {
+  d_n_ = ale_displacement;
   past_[0] = 0;
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
     past_[0].local_element(4 * node + 3) = parameters_.initial_pressure / pressure_scale_;
@@ -93,10 +72,10 @@ void NavierStokesProblem::resume() {
 
 void NavierStokesProblem::visit(io::State &state) {
   update_constraints(); // those of now, so that a valve that switches next is seen to do so
-  state.field("motion", 3, d_n_.begin());
+  state.field("ale_displacement", 3, d_n_.begin());
   state.field("velocity_and_pressure", 4, past_[0].begin());
-  state.field("velocity_and_pressure_before", 4, past_[1].begin());
-  state.field("velocity_and_pressure_before_that", 4, past_[2].begin());
+  state.field("velocity_and_pressure_nm1", 4, past_[1].begin());
+  state.field("velocity_and_pressure_nm2", 4, past_[2].begin());
   double scale = pressure_scale_; // kept with the scaled values: dividing and multiplying would cost a bit
   state.number("pressure_scale", scale);
   for (unsigned node = 0; node < space_.n_owned_nodes() && scale != pressure_scale_; ++node)
@@ -106,7 +85,7 @@ void NavierStokesProblem::visit(io::State &state) {
 
 void NavierStokesProblem::forget_preconditioner() {
   preconditioner_age_.forget();
-  iterate_moves_.forget();
+  iterate_extrapolation_.forget();
 }
 
 void NavierStokesProblem::follow_motion() {
@@ -123,21 +102,21 @@ void NavierStokesProblem::set_interface_velocity() {
       boundary_values.local_element(4 * (k / 3) + k % 3) = (d_np1_.local_element(k) - d_n_.local_element(k)) / dt_;
 }
 
-void NavierStokesProblem::move(const Vector &motion) {
-  fem::copy_owned(motion, d_np1_);
+void NavierStokesProblem::move(const Vector &ale_displacement) {
+  fem::copy_owned(ale_displacement, d_np1_);
   d_np1_.update_ghost_values();
   if (interface_)
     interface_->move(d_np1_);
 }
 
-double NavierStokesProblem::volume_rate(const Vector &motion) {
-  move(motion);
+double NavierStokesProblem::volume_rate(const Vector &ale_displacement) {
+  move(ale_displacement);
   set_interface_velocity();
   return interface_->flux_functional() * boundary_values;
 }
 
-void NavierStokesProblem::prepare(const Vector &motion) {
-  move(motion);
+void NavierStokesProblem::prepare(const Vector &ale_displacement) {
+  move(ale_displacement);
   if (follows_motion_)
     set_interface_velocity();
   update_constraints();
@@ -176,7 +155,7 @@ void NavierStokesProblem::update_constraints() {
   A_.set_constraints(constrained_);
   preconditioner_age_.forget();
   past_.forget(); // no extrapolation over the switch of a valve
-  iterate_moves_.forget();
+  iterate_extrapolation_.forget();
   history_is_new_ = true;
 }
 
@@ -187,94 +166,6 @@ void NavierStokesProblem::set_guess() {
     if (constrained_[k])
       guess_.local_element(k) = boundary_values.local_element(k);
   guess_.update_ghost_values();
-}
-
-template <class Action>
-void NavierStokesProblem::visit_batches(const Vector &state, const Action &action) const {
-  const unsigned n = space_.nodes_per_cell(), n_q = space_.n_q();
-  std::vector<Lanes> d(3 * n), d_old(3 * n), u_old(3 * n), convection(3 * n), x(4 * n), force(3 * n_q);
-  NavierStokesCells cells;
-  cells.nodes_per_cell = n;
-  cells.n_q = n_q;
-  cells.shapes = space_.shapes();
-  cells.unit_nodes = unit_nodes_.data();
-  cells.rho = parameters_.density;
-  cells.mu = parameters_.viscosity;
-  cells.dt = dt_;
-  cells.inertia = inertia_;
-  cells.pressure_scale = pressure_scale_;
-  cells.motion = d.data();
-  cells.convection = convection.data();
-  cells.old_velocity = u_old.data();
-  cells.state = x.data();
-  cells.force = body_force ? force.data() : nullptr;
-  for (unsigned batch = 0; batch < space_.n_batches(); ++batch) {
-    cells.gradients = space_.gradients(batch);
-    cells.JxW = space_.JxW(batch);
-    gather(space_, batch, d_np1_, 3, 3, d.data());
-    gather(space_, batch, d_n_, 3, 3, d_old.data());
-    gather(space_, batch, past_[0], 4, 3, u_old.data());
-    gather(space_, batch, state, 4, 4, x.data());
-    for (unsigned k = 0; k < 3 * n; ++k) // u* = u^n - u_ALE^{n+1}
-      convection[k] = u_old[k] - (d[k] - d_old[k]) / dt_;
-    if (body_force)
-      for (unsigned q = 0; q < n_q; ++q)
-        for (unsigned lane = 0; lane < n_lanes; ++lane) {
-          geometry::Point3 point = space_.quadrature_point(batch * n_lanes + lane, q);
-          for (unsigned k = 0; k < 3 * n; ++k)
-            point[k % 3] += cells.shapes[q * n + k / 3] * d[k][lane];
-          const geometry::Point3 f = body_force(point);
-          for (unsigned i = 0; i < 3; ++i)
-            force[3 * q + i][lane] = f[i];
-        }
-    action(batch, cells);
-  }
-}
-
-void NavierStokesProblem::integrate_cells(const Vector &state, fem::BlockMatrix<float> *A, Vector &residual) const {
-  const unsigned n = space_.nodes_per_cell();
-  std::vector<Lanes> K(16 * n * n), r(4 * n);
-  double smallest_J = std::numeric_limits<double>::max();
-  unsigned worst_slot = 0;
-  visit_batches(state, [&](unsigned batch, const NavierStokesCells &cells) {
-    Lanes J;
-    integrate_navier_stokes(cells, K.data(), r.data(), J);
-    for (unsigned lane = 0; lane < n_lanes; ++lane)
-      if (!(J[lane] >= smallest_J)) {
-        smallest_J = J[lane];
-        worst_slot = batch * n_lanes + lane;
-      }
-    if (A)
-      A->add_batch(batch, K.data());
-    scatter(space_, batch, r.data(), residual);
-  });
-  fem::refuse_inverted_cells(space_, smallest_J, worst_slot, "the motion of the fluid mesh");
-}
-
-void NavierStokesProblem::assemble() {
-  const bus::Stopwatch::Section section(stopwatch, "assembly");
-  A_.clear();
-  residual_ = 0;
-  integrate_cells(guess_, &A_, residual_);
-  add_surface_terms();
-  fem::zero_constrained(residual_, constrained_);
-}
-
-void NavierStokesProblem::add_surface_terms() {
-  if (interface_) {
-    std::vector<double> weights = interface_->areas();
-    interface_area_ = interface_->owned_sum(weights);
-    for (double &weight : weights)
-      weight *= robin_.alpha;
-    interface_masses_ = interface_->masses(weights);
-    interface_->add_mass(interface_masses_, A_);
-    interface_->apply_mass(interface_masses_, guess_, residual_);
-    interface_flux_ = interface_->flux_functional();
-  }
-  for (const auto &orifice : orifices_) {
-    orifice->move(d_np1_);
-    orifice->add_terms(past_[0], guess_, parameters_.backflow * parameters_.density, constrained_, A_, residual_);
-  }
 }
 
 void NavierStokesProblem::refresh_preconditioner() {
@@ -329,13 +220,13 @@ fem::LinearStatistics NavierStokesProblem::solve(const Vector &wall_velocity, co
     increment_ = 0; // the guess is good enough
   else {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
-    iterate_moves_.predict(iteration, increment_);
+    iterate_extrapolation_.predict(iteration, increment_);
     statistics = fem::solve_linear(
         "Navier-Stokes", [this](Vector &y, const Vector &x) { apply(y, x); }, increment_, b, *preconditioner_,
         tolerance);
   }
   preconditioner_age_.note(statistics.iterations);
-  iterate_moves_.record(iteration, increment_);
+  iterate_extrapolation_.record(iteration, increment_);
 
   fem::copy_owned(guess_, x_);
   x_ += increment_;
@@ -372,30 +263,14 @@ void NavierStokesProblem::commit() {
   past_[0].update_ghost_values();
   fem::copy_owned(d_np1_, d_n_);
   d_n_.update_ghost_values();
-  iterate_moves_.commit();
+  iterate_extrapolation_.commit();
   update_averages();
-}
-
-Vector NavierStokesProblem::reaction() const {
-  Vector r = space_.make_vector(4);
-  integrate_cells(x_, nullptr, r);
-  r *= -1;
-  return r;
-}
-
-/// What holds the blood on the interface, it puts on the wall.
-void NavierStokesProblem::set_reaction_force() {
-  const auto on = space_.nodes_on("interface");
-  fem::copy_owned(reaction(), force_);
-  for (unsigned k = 0; k < 4 * space_.n_owned_nodes(); ++k)
-    if (!on[k / 4] || k % 4 == 3)
-      force_.local_element(k) = 0;
 }
 
 void NavierStokesProblem::add_pressure(double pressure) {
   for (unsigned node = 0; node < space_.n_owned_nodes(); ++node)
     increment_.local_element(4 * node + 3) += pressure / pressure_scale_;
-  iterate_moves_.record(1, increment_); // the next step starts from what will be before this
+  iterate_extrapolation_.record(1, increment_); // the next step starts from what will be before this
   fem::copy_owned(guess_, x_);
   x_ += increment_;
   x_.update_ghost_values();
@@ -415,21 +290,5 @@ interface::Budget NavierStokesProblem::budget(const Vector &wall_velocity) {
 }
 
 Inflow NavierStokesProblem::inflow(const Orifice &orifice) const { return orifice.inflow(x_, parameters_.density); }
-
-void NavierStokesProblem::update_averages() {
-  const bus::Stopwatch::Section section(stopwatch, "averages");
-  double sums[2] = {}; // volume, pressure
-  visit_batches(x_, [&](unsigned batch, const NavierStokesCells &cells) {
-    Lanes volume, pressure;
-    integrate_pressure(cells, volume, pressure);
-    for (unsigned lane = 0; lane < n_lanes; ++lane)
-      if (space_.slot_owned(batch * n_lanes + lane)) {
-        sums[0] += volume[lane];
-        sums[1] += pressure[lane];
-      }
-  });
-  volume_ = dealii::Utilities::MPI::sum(sums[0], space_.communicator());
-  mean_pressure_ = dealii::Utilities::MPI::sum(sums[1], space_.communicator()) / volume_;
-}
 
 } // namespace heartbus::fluid

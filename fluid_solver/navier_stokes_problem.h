@@ -7,7 +7,7 @@
 #include "common/io/state.h"
 #include "common/linear_algebra/linear_solver.h"
 #include "common/linear_algebra/preconditioner_age.h"
-#include "common/nonlinear/iterate_moves.h"
+#include "common/nonlinear/iterate_extrapolation.h"
 #include "fluid_solver/models/navier_stokes_kernel.h"
 #include "fluid_solver/moved_surface.h"
 #include "fluid_solver/orifice.h"
@@ -46,14 +46,14 @@ class NavierStokesProblem {
   void follow_motion();
   bool follows_motion() const { return follows_motion_; }
   /// By which the interface would enlarge the cavity if the mesh went on to this motion [m^3/s].
-  double volume_rate(const fem::Vector &motion);
+  double volume_rate(const fem::Vector &ale_displacement);
   /// Holds the velocities whose entries are not zero, as the wall does, whatever is open: those of the rim. Collective.
   void hold(const fem::Vector &held);
   /// Adds a valve or an opening; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
 
   /// u = 0, p = p0 on the mesh moved by `motion` (three components a node), which is taken as the old motion as well.
-  void start(const fem::Vector &motion);
+  void start(const fem::Vector &ale_displacement);
   /// The old states and the old motion, to be saved or loaded at the owned nodes. Orifices are open or closed as they
   /// were in the step that led here.
   void visit(io::State &state);
@@ -62,7 +62,7 @@ class NavierStokesProblem {
   /// The next solve makes it anew, and guesses without what iterates have moved.
   void forget_preconditioner();
   /// Moves the mesh to d^{n+1} and assembles the step's matrix. Orifices may have been opened or closed before.
-  void prepare(const fem::Vector &motion);
+  void prepare(const fem::Vector &ale_displacement);
   /// Solves with the wall's velocity v* and force W*; any number of times from the same old state. `iteration` 0 starts
   /// from the extrapolated old states, the others from the last solution of the step, and what they moved in the steps
   /// before.
@@ -76,7 +76,7 @@ class NavierStokesProblem {
 
   const fem::Vector &state() const { return x_; }           ///< u, v, w, p / pressure_scale; ghosts valid
   const fem::Vector &blood_force() const { return force_; } ///< L, zero off the interface and where u is prescribed
-  const fem::Vector &motion() const { return d_np1_; }
+  const fem::Vector &ale_displacement() const { return d_np1_; }
   double pressure_scale() const { return pressure_scale_; }
   const fem::LagrangeSpace &space() const { return space_; }
   bus::Stopwatch stopwatch;
@@ -113,7 +113,7 @@ class NavierStokesProblem {
   fem::Vector &old_state() { return past_[0]; }
 
  private:
-  void move(const fem::Vector &motion);
+  void move(const fem::Vector &ale_displacement);
   void set_interface_velocity();
   void set_reaction_force();
   void update_constraints();
@@ -145,15 +145,15 @@ class NavierStokesProblem {
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   fem::PreconditionerAge preconditioner_age_{2};
 
-  fem::TimeHistory past_;                        // states at t^n, t^{n-1}, t^{n-2}
-  fem::Vector x_;                                // the new state
-  bool history_is_new_ = true;                   // since the last commit: there is no third state yet
-  fem::Vector d_n_, d_np1_;                      // motions of the mesh
-  fem::Vector guess_, increment_;                // x = guess + increment
-  fem::IterateMoves<fem::Vector> iterate_moves_; // of the increment
-  fem::Vector residual_;                         // of the guess, all terms but the wall's
-  fem::Vector guess_load_;                       // A guess
-  fem::Vector force_;                            // L
+  fem::TimeHistory past_;                                        // states at t^n, t^{n-1}, t^{n-2}
+  fem::Vector x_;                                                // the new state
+  bool history_is_new_ = true;                                   // since the last commit: there is no third state yet
+  fem::Vector d_n_, d_np1_;                                      // motions of the mesh
+  fem::Vector guess_, increment_;                                // x = guess + increment
+  fem::IterateExtrapolation<fem::Vector> iterate_extrapolation_; // of the increment
+  fem::Vector residual_;                                         // of the guess, all terms but the wall's
+  fem::Vector guess_load_;                                       // A guess
+  fem::Vector force_;                                            // L
   double volume_ = 0, mean_pressure_ = 0;
 };
 

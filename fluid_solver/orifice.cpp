@@ -13,8 +13,8 @@ Orifice::Orifice(const fem::LagrangeSpace &space, const std::string &label, doub
   mean_pressure = surface.pressure_functional(area);
 }
 
-void Orifice::move(const Vector &motion) {
-  surface.move(motion);
+void Orifice::move(const Vector &ale_displacement) {
+  surface.move(ale_displacement);
   flux = surface.flux_functional();
 }
 

@@ -13,7 +13,7 @@ struct Orifice {
   Orifice(const fem::LagrangeSpace &space, const std::string &label, double pressure, double resistance);
 
   /// Takes the motion of the mesh, ghosts valid.
-  void move(const fem::Vector &motion);
+  void move(const fem::Vector &ale_displacement);
   /// When open: adds to matrix and residual what the condition and the inflow's energy make at the state `guess`, and
   /// clears the flux where blood is held. `beta_rho`: beta times the density, of the term for blood that comes in,
   /// -beta rho/2 min(u^n.n, 0) u.w (doi:10.1007/s00466-011-0599-0, Moghadam). Ghosts of both states valid.

@@ -68,33 +68,34 @@ void InterfaceBlocks::add(double factor, const fem::BlockMatrix<double> &solid, 
 FsiPreconditioner::FsiPreconditioner(const MergedSpace &space, const InterfaceBlocks &interface,
                                      const fluid::NavierStokesProblem &fluid, const mech::ElasticityProblem &solid,
                                      double dt)
-    : space_(space), interface_(interface), blood_problem_(fluid), wall_problem_(solid), dt_(dt),
-      on_interface_(3 * space.solid().n_local_nodes()), blood_(fluid.matrix().pattern(), 4),
-      wall_(solid.tangent().pattern(), 3), r_f_(space.fluid().make_vector(4)), z_f_(r_f_),
+    : space_(space), interface_(interface), fluid_problem_(fluid), solid_problem_(solid), dt_(dt),
+      on_interface_(3 * space.solid().n_local_nodes()), fluid_matrix_(fluid.matrix().pattern(), 4),
+      solid_matrix_(solid.tangent().pattern(), 3), r_f_(space.fluid().make_vector(4)), z_f_(r_f_),
       r_s_(space.solid().make_vector(3)), z_s_(r_s_), coupling_(r_s_) {
   fem::fix_vector(space.solid(), 3, "interface", on_interface_);
 }
 
 void FsiPreconditioner::make() {
-  blood_.set_constraints(blood_problem_.constraints());
-  blood_.copy(blood_problem_.matrix());
-  interface_.add(dt_, wall_problem_.tangent(), blood_);
-  fluid_ = blood_problem_.make_preconditioner(blood_);
-  wall_.copy(wall_problem_.tangent());
-  wall_.decouple(on_interface_);
-  solid_ = fem::make_preconditioner(wall_problem_.tangent_solver().preconditioner_kind(), wall_);
+  fluid_matrix_.set_constraints(fluid_problem_.constraints());
+  fluid_matrix_.copy(fluid_problem_.matrix());
+  interface_.add(dt_, solid_problem_.tangent(), fluid_matrix_);
+  fluid_preconditioner_ = fluid_problem_.make_preconditioner(fluid_matrix_);
+  solid_matrix_.copy(solid_problem_.tangent());
+  solid_matrix_.decouple(on_interface_);
+  const auto &kind = solid_problem_.tangent_solver().preconditioner_kind();
+  solid_preconditioner_ = fem::make_preconditioner(kind, solid_matrix_);
 }
 
 void FsiPreconditioner::vmult(fem::Vector &y, const fem::Vector &x) const {
   space_.split(x, r_f_, r_s_);
-  fluid_->vmult(z_f_, r_f_);
+  fluid_preconditioner_->vmult(z_f_, r_f_);
   z_s_ = 0;
   space_.move_wall(z_f_, dt_, z_s_);
-  wall_problem_.apply_tangent(coupling_, z_s_);
-  fem::zero_constrained(coupling_, wall_problem_.constrained());
+  solid_problem_.apply_tangent(coupling_, z_s_);
+  fem::zero_constrained(coupling_, solid_problem_.constrained());
   space_.clear_wall(coupling_);
   r_s_ -= coupling_;
-  solid_->vmult(z_s_, r_s_);
+  solid_preconditioner_->vmult(z_s_, r_s_);
   space_.merge(z_f_, z_s_, y);
 }
 

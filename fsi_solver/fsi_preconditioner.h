@@ -38,13 +38,13 @@ class FsiPreconditioner : public fem::Preconditioner {
  private:
   const MergedSpace &space_;
   const InterfaceBlocks &interface_;
-  const fluid::NavierStokesProblem &blood_problem_;
-  const mech::ElasticityProblem &wall_problem_;
+  const fluid::NavierStokesProblem &fluid_problem_;
+  const mech::ElasticityProblem &solid_problem_;
   double dt_;
   fem::Constraints on_interface_;         ///< of the solid
-  fem::BlockMatrix<double> blood_, wall_; ///< the fluid's matrix with the wall's mass; the tangent with the interface
-                                          ///< held
-  std::unique_ptr<fem::Preconditioner> fluid_, solid_;
+  fem::BlockMatrix<double> fluid_matrix_; ///< with the wall's interface block as an added mass
+  fem::BlockMatrix<double> solid_matrix_; ///< the tangent with the interface held
+  std::unique_ptr<fem::Preconditioner> fluid_preconditioner_, solid_preconditioner_;
   mutable fem::Vector r_f_, z_f_, r_s_, z_s_, coupling_;
 };
 

@@ -6,9 +6,9 @@ namespace heartbus::fsi {
 namespace {
 
 /// Passes on what one of the solvers declares, but for what stays inside the merged one.
-class Outside : public bus::Declaration {
+class FilteredDeclaration : public bus::Declaration {
  public:
-  Outside(bus::Declaration &bus, const std::set<std::string> &inside) : bus_(bus), inside_(inside) {}
+  FilteredDeclaration(bus::Declaration &bus, const std::set<std::string> &inside) : bus_(bus), inside_(inside) {}
 
   void point_set(const std::string &name, const std::vector<double> &coordinates, double spacing) override {
     if (!inside_.count(name))
@@ -52,10 +52,10 @@ FsiSolver::FsiSolver(mech::MechSolver &mech, fluid::FluidSolver &fluid, double d
     : mech_(mech), fluid_(fluid), problem_(fluid.problem(), mech.problem(), dt) {}
 
 void FsiSolver::declare(bus::Declaration &bus) {
-  Outside wall(bus, {"blood_force", "held", "wall_velocity", "wall_force", "solid_iterations"});
+  FilteredDeclaration wall(bus, {"blood_force", "held", "wall_velocity", "wall_force", "solid_iterations"});
   mech_.declare(wall);
-  Outside blood(bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget",
-                      "fluid_iterations", "fluid_residual"});
+  FilteredDeclaration blood(bus, {"interface", "held", "hold", "blood_force", "wall_velocity", "wall_force", "budget",
+                                  "fluid_iterations", "fluid_residual"});
   fluid_.declare(blood);
   bus.scalar("fsi_iterations", "1", [this] { return double(statistics_.linear_iterations); });
 }

@@ -2,9 +2,9 @@
 
 #include "common/bus/solver.h"
 #include "common/io/state.h"
+#include "mech_solver/cavity.h"
 #include "mech_solver/interface_wall.h"
 
-#include <array>
 #include <vector>
 
 namespace heartbus::mech {
@@ -15,8 +15,7 @@ namespace heartbus::mech {
 ///     w = A^{-1} b,    C = (V(d + w u) - V(d - w u)) / (2 u),    u = 1 Pa,
 ///
 /// with the tangent A and the force b of a unit pressure. The circulation finds p with V + C (p - p*), and the wall
-/// follows: d += (p - p*) w. What the volume misses by that is of second order in p - p*. The volume is that behind a
-/// lid of straight lines from the rim to its centre, which has to be held.
+/// follows: d += (p - p*) w. What the volume misses by that is of second order in p - p*.
 class CavityFilling {
  public:
   explicit CavityFilling(ElasticityProblem &problem);
@@ -33,12 +32,10 @@ class CavityFilling {
   void load(const fem::Vector &d);
 
  private:
-  double volume(const fem::Vector &d) const;
   void make_guess() { guess_[0] = 2 * pressure_n_ - pressure_nm1_; }
 
   ElasticityProblem &problem_;
-  std::vector<unsigned> rim_; ///< owned nodes
-  double n_rim_ = 0;          ///< of all ranks
+  Cavity cavity_;
   double pressure_n_ = 0, pressure_nm1_ = 0;
   PressureResponse response_;                                                          ///< w
   std::vector<double> volume_ = {0}, compliance_ = {0}, guess_ = {0}, pressure_ = {0}; ///< of the bus

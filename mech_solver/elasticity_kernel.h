@@ -22,15 +22,15 @@ namespace heartbus::mech {
 struct ElasticityCells {
   // discretisation, reference configuration (see fem::LagrangeSpace)
   unsigned nodes_per_cell = 0, n_q = 0;
-  const double *shapes = nullptr;      ///< [q][a]
-  const Lanes *gradients = nullptr;    ///< [q][a][3]
-  const Lanes *JxW = nullptr;          ///< [q]; cells of weight zero are left out
-  const Mat3<Lanes> *frames = nullptr; ///< [q] columns f, s, n: orthonormal
-  const Lanes *dispersion = nullptr;   ///< [q] share of the fibres along n
+  const double *shapes = nullptr;                 ///< [q][a]
+  const VectorizedDouble *gradients = nullptr;    ///< [q][a][3]
+  const VectorizedDouble *JxW = nullptr;          ///< [q]; cells of weight zero are left out
+  const Mat3<VectorizedDouble> *frames = nullptr; ///< [q] columns f, s, n: orthonormal
+  const VectorizedDouble *dispersion = nullptr;   ///< [q] share of the fibres along n
   // fields at the nodes of the cells
-  const Lanes *displacement = nullptr; ///< [a][3] [m]
-  const Lanes *inertia = nullptr;      ///< [a][3] rho (a - gravity) [N/m^3]
-  const Lanes *tension = nullptr;      ///< [a] active tension [Pa]
+  const VectorizedDouble *displacement = nullptr; ///< [a][3] [m]
+  const VectorizedDouble *inertia = nullptr;      ///< [a][3] rho (a - gravity) [N/m^3]
+  const VectorizedDouble *tension = nullptr;      ///< [a] active tension [Pa]
   ActiveFibres fibres;
   double mass = 0; ///< d(rho a)/dd: rho / dt^2, or 0 [kg/(m^3 s^2)]
   bool mean_dilatation = false;
@@ -38,7 +38,7 @@ struct ElasticityCells {
 
 /// The worst deformation met, and the volume [m^3], by cell.
 struct DeformationLimits {
-  Lanes J = fem::lanes(1e300), exponent = Lanes{}, volume = Lanes{};
+  VectorizedDouble J = fem::lanes(1e300), exponent = VectorizedDouble{}, volume = VectorizedDouble{};
 };
 
 /// Largest number of nodes of a cell that the kernels take.
@@ -46,17 +46,17 @@ inline constexpr unsigned max_nodes_per_cell = 10;
 
 /// For each law: r [a][3] += residual; and also K [((a*n + b)*3 + i)*3 + j] += tangent, symmetric.
 #define HEARTBUS_DECLARE(Law, name)                                                                                    \
-  void add_residual(const Law &law, const ElasticityCells &cells, Lanes *r, DeformationLimits &limits);                \
-  void add_residual_and_tangent(const Law &law, const ElasticityCells &cells, Lanes *r, Lanes *K,                      \
-                                DeformationLimits &limits);
+  void add_residual(const Law &law, const ElasticityCells &cells, VectorizedDouble *r, DeformationLimits &limits);     \
+  void add_residual_and_tangent(const Law &law, const ElasticityCells &cells, VectorizedDouble *r,                     \
+                                VectorizedDouble *K, DeformationLimits &limits);
 HEARTBUS_LAWS(HEARTBUS_DECLARE)
 #undef HEARTBUS_DECLARE
 
 /// r [a][3] += int P_act : grad phi alone. P_act is linear in the tension: a difference of tensions gives a difference
 /// of forces.
-void add_active_force(const ElasticityCells &cells, Lanes *r);
+void add_active_force(const ElasticityCells &cells, VectorizedDouble *r);
 
 /// Lumped L2 projection of I4: numerator [a] += int I4 phi_a, weight [a] += int phi_a.
-void add_stretch_projection(const ElasticityCells &cells, Lanes *numerator, Lanes *weight);
+void add_stretch_projection(const ElasticityCells &cells, VectorizedDouble *numerator, VectorizedDouble *weight);
 
 } // namespace heartbus::mech

@@ -11,8 +11,8 @@ using fem::n_lanes;
 
 /// Aligned, so that no access crosses a cache line.
 struct ElasticityProblem::CellData {
-  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> displacement, inertia;
-  alignas(64) std::array<Lanes, max_nodes_per_cell> tension;
+  alignas(64) std::array<VectorizedDouble, 3 * max_nodes_per_cell> displacement, inertia;
+  alignas(64) std::array<VectorizedDouble, max_nodes_per_cell> tension;
 };
 
 namespace {
@@ -179,11 +179,11 @@ void ElasticityProblem::active_forces(const fem::Vector &d, const fem::Vector &t
   const fem::GhostValues ghosts(d), ghosts_of_tension(tension_change);
   r = 0;
   CellData data;
-  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
+  alignas(64) std::array<VectorizedDouble, 3 * max_nodes_per_cell> forces;
   for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
       if (region.in_batch[batch]) {
-        forces.fill(Lanes{});
+        forces.fill(VectorizedDouble{});
         add_active_force(gather(batch, region, d, tension_change, data), forces.data());
         scatter(batch, forces.data(), 3, r);
       }
@@ -215,12 +215,12 @@ void ElasticityProblem::fibre_stretch(const fem::Vector &d, fem::Vector &stretch
   stretch = 0;
   weight = 0;
   CellData data;
-  alignas(64) std::array<Lanes, max_nodes_per_cell> numerators, weights;
+  alignas(64) std::array<VectorizedDouble, max_nodes_per_cell> numerators, weights;
   for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches() && region.contracts; ++batch)
       if (region.in_batch[batch]) {
-        numerators.fill(Lanes{});
-        weights.fill(Lanes{});
+        numerators.fill(VectorizedDouble{});
+        weights.fill(VectorizedDouble{});
         add_stretch_projection(gather(batch, region, d, tension, data), numerators.data(), weights.data());
         scatter(batch, numerators.data(), 1, stretch);
         scatter(batch, weights.data(), 1, weight);
@@ -269,7 +269,8 @@ ElasticityCells ElasticityProblem::gather(unsigned batch, const MaterialRegion &
   return cells;
 }
 
-void ElasticityProblem::scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const {
+void ElasticityProblem::scatter(unsigned batch, const VectorizedDouble *values, unsigned components,
+                                fem::Vector &r) const {
   for (unsigned lane = 0; lane < n_lanes; ++lane) {
     const unsigned slot = batch * n_lanes + lane, *nodes = space_.cell_nodes(slot);
     for (unsigned a = 0; a < space_.nodes_per_cell() && space_.slot_used(slot); ++a)
@@ -299,12 +300,12 @@ void ElasticityProblem::add_cells(const fem::Vector &d, fem::Vector &r) {
   smallest_J_ = 1e300;
   largest_exponent_ = own_volume_ = 0;
   CellData data;
-  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
+  alignas(64) std::array<VectorizedDouble, 3 * max_nodes_per_cell> forces;
   for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
       if (region.in_batch[batch]) {
         DeformationLimits limits;
-        forces.fill(Lanes{});
+        forces.fill(VectorizedDouble{});
         const ElasticityCells cells = gather(batch, region, d, tension, data);
         std::visit([&](const auto &law) { add_residual(law, cells, forces.data(), limits); }, region.law);
         note_limits(batch, limits);
@@ -359,14 +360,14 @@ void ElasticityProblem::linearise(const fem::Vector &d) {
   update_time_terms(d);
   tangent_.clear();
   CellData data;
-  alignas(64) std::array<Lanes, 3 * max_nodes_per_cell> forces;
-  alignas(64) std::array<Lanes, 9 * max_nodes_per_cell * max_nodes_per_cell> K;
+  alignas(64) std::array<VectorizedDouble, 3 * max_nodes_per_cell> forces;
+  alignas(64) std::array<VectorizedDouble, 9 * max_nodes_per_cell * max_nodes_per_cell> K;
   const unsigned n_K = 9 * space_.nodes_per_cell() * space_.nodes_per_cell();
   for (const MaterialRegion &region : regions_)
     for (unsigned batch = 0; batch < space_.n_batches(); ++batch)
       if (region.in_batch[batch]) {
         DeformationLimits limits;
-        std::fill_n(K.begin(), n_K, Lanes{});
+        std::fill_n(K.begin(), n_K, VectorizedDouble{});
         const ElasticityCells cells = gather(batch, region, d, tension, data);
         std::visit([&](const auto &law) { add_residual_and_tangent(law, cells, forces.data(), K.data(), limits); },
                    region.law);

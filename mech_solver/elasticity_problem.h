@@ -92,7 +92,7 @@ class ElasticityProblem {
   void update_time_terms(const fem::Vector &d);
   ElasticityCells gather(unsigned batch, const MaterialRegion &region, const fem::Vector &d, const fem::Vector &tension,
                          CellData &data) const;
-  void scatter(unsigned batch, const Lanes *values, unsigned components, fem::Vector &r) const;
+  void scatter(unsigned batch, const VectorizedDouble *values, unsigned components, fem::Vector &r) const;
   void add_cells(const fem::Vector &d, fem::Vector &r);
   void note_limits(unsigned batch, const DeformationLimits &limits);
   std::array<double, 6> centre(unsigned slot, const fem::Vector &d) const; ///< at rest, and its displacement [m]

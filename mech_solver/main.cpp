@@ -4,6 +4,7 @@
 #include "common/geometry/shapes.h"
 #include "common/log/log.h"
 #include "mech_solver/mech_solver.h"
+#include "mech_solver/prescribed_wall.h"
 #include "scene/scene.h"
 
 using namespace heartbus;
@@ -16,6 +17,11 @@ int main(int argc, char **argv) {
     const MPI_Comm communicator = participant.communicator();
     const fem::LagrangeSpace space(
         communicator, fem::mesh_on_root(communicator, [&] { return geometry::make_solid(scene.geometry); }));
+    if (scene.mech.model == "prescribed") {
+      mech::PrescribedWall wall(space, scene.mech.cavity_volume);
+      participant.serve(wall);
+      return;
+    }
     const fem::Fibres fibres(space, scene.fibres);
     const auto log = log::open_log(participant.output_folder(), participant.name(),
                                    dealii::Utilities::MPI::this_mpi_process(participant.communicator()));

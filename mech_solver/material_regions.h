@@ -10,8 +10,8 @@ struct MaterialRegion {
   Law law;
   double density; ///< [kg/m^3]
   bool contracts;
-  std::vector<fem::Lanes> JxW;        ///< [batch][q]
-  std::vector<std::uint8_t> in_batch; ///< [batch]
+  std::vector<fem::VectorizedDouble> JxW; ///< [batch][q]
+  std::vector<std::uint8_t> in_batch;     ///< [batch]
 };
 
 /// The muscle, which is all that the scene names no other material for, then those it names. Failure(scene) when the

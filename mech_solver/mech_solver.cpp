@@ -245,7 +245,7 @@ fem::Vector &MechSolver::begin_solve(const bus::Step &step) {
 
 void MechSolver::end_solve(const bus::Step &step, const fem::NewtonStatistics &statistics) {
   statistics_ = statistics;
-  iterate_moves_.record(step.iteration, d_);
+  iterate_extrapolation_.record(step.iteration, d_);
   show_motion(step.size);
   measure_cavity();
 }
@@ -264,7 +264,7 @@ void MechSolver::correct(const bus::Step &step) {
   const fem::Vector &w = response_.to(b, d_);
   const double pressure = correction_->find(b, w, wall_velocity_, step.size);
   d_.add(pressure, w);
-  iterate_moves_.record(1, d_); // the next step starts from what will be before this
+  iterate_extrapolation_.record(1, d_); // the next step starts from what will be before this
   std::vector<double> force(interface_.values());
   interface_.get(b, force, pressure);
   for (std::size_t k = 0; k < blood_force_.size(); ++k)
@@ -274,13 +274,13 @@ void MechSolver::correct(const bus::Step &step) {
 
 void MechSolver::press(const bus::Step &step) {
   filling_->press(d_);
-  iterate_moves_.record(1, d_); // the next step starts from what will be before this
+  iterate_extrapolation_.record(1, d_); // the next step starts from what will be before this
   show_motion(step.size);
 }
 
 void MechSolver::refresh() {
   problem_.forget_tangent();
-  iterate_moves_.forget();
+  iterate_extrapolation_.forget();
 }
 
 /// Newton starts from the last iterate, or from the cubic through the last four displacements, and what iterates moved
@@ -291,12 +291,12 @@ void MechSolver::choose_start(const bus::Step &step) {
   else if (step.iteration == 0)
     fem::copy_owned(problem_.past[0], d_);
   if (parameters_.inertia)
-    iterate_moves_.predict(step.iteration, d_);
+    iterate_extrapolation_.predict(step.iteration, d_);
 }
 
 void MechSolver::commit_step(const bus::Step &step) {
   problem_.past.push(d_);
-  iterate_moves_.commit();
+  iterate_extrapolation_.commit();
   force_generation_.commit();
   if (filling_)
     filling_->commit();
@@ -310,9 +310,9 @@ void MechSolver::visit(io::State &state, const bus::Step &step) {
   state.points("tissue", fem::owned_points(space_), spacing);
   fem::TimeHistory &past = problem_.past;
   state.field("displacement", 3, past[0].begin());
-  state.field("displacement_before", 3, past[1].begin());
-  state.field("displacement_2_before", 3, past[2].begin());
-  state.field("displacement_3_before", 3, past[3].begin());
+  state.field("displacement_nm1", 3, past[1].begin());
+  state.field("displacement_nm2", 3, past[2].begin());
+  state.field("displacement_nm3", 3, past[3].begin());
   force_generation_.visit(state);
   if (space_.has_label("interface")) {
     state.points("interface", interface_.points(), spacing);

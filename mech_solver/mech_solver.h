@@ -5,7 +5,7 @@
 #include "common/interface/nodal/wall_probe.h"
 #include "common/io/field_writer.h"
 #include "common/io/state.h"
-#include "common/nonlinear/iterate_moves.h"
+#include "common/nonlinear/iterate_extrapolation.h"
 #include "common/settings/output.h"
 #include "mech_solver/cavity_filling.h"
 #include "mech_solver/elasticity_problem.h"
@@ -89,7 +89,7 @@ class MechSolver : public bus::Solver {
   ElasticityProblem problem_;
   ForceGeneration force_generation_;
   fem::Vector d_, stretch_;
-  fem::IterateMoves<fem::Vector> iterate_moves_;
+  fem::IterateExtrapolation<fem::Vector> iterate_extrapolation_;
 
   interface::InterfaceNodes interface_;
   // what the bus reads and fills; calcium is negative until it arrives

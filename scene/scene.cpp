@@ -167,18 +167,21 @@ void SceneParameters::check_consistency(config::Section &s) const {
   if (const double every = output.checkpoint.every; every > 0 && every < time.step)
     s.fail("output", "'checkpoint.every' (" + config::shortest(every) + " s) is less than 'time.step' (" +
                          config::shortest(time.step) + " s); 0 s: only at the end");
-  if (!mech.inertia && has("mech") && has("fluid") && coupling.scheme != "one_way")
+  if (!mech.inertia && has("mech") && has("fluid") && coupling.has_robin_condition())
     s.fail("mechanics",
            "'inertia: false' is for a wall without blood, or with blood that only follows (scheme one_way)");
   if (has("ep") && ep.degree == 2 && geometry.cells != "tetrahedra")
     s.fail("electrophysiology", "'degree: 2' needs 'geometry: {cells: tetrahedra}'; hexahedra may be refined instead");
-  if (has("fsi") != (coupling.scheme == "E1FSinf") || (has("fsi") && (has("mech") || has("fluid"))))
+  if ((has("fsi") != (coupling.scheme == "E1FSinf") && !coupling.is_written()) ||
+      (has("fsi") && (has("mech") || has("fluid"))))
     s.fail("participants", "the scheme E1FSinf has 'fsi' in place of 'mech' and 'fluid', and no other scheme has it");
+  if (mech.model == "prescribed" && (has("fsi") || coupling.has_robin_condition()))
+    s.fail("mechanics", "'model: prescribed' is a motion that the blood follows: 'coupling: {scheme: one_way}'");
   if (has("fsi") && !has("ale"))
     s.fail("participants", "'fsi' needs 'ale', which moves the fluid's mesh");
   if (has("mech") && has("fluid") && !has("ale"))
     s.fail("participants", "'mech' and 'fluid' need 'ale' between them, which moves the fluid's mesh");
-  if ((has("fsi") || (has("mech") && has("fluid") && coupling.scheme != "one_way")) &&
+  if ((has("fsi") || (has("mech") && has("fluid") && coupling.has_robin_condition())) &&
       mech.initial_pressure != fluid.initial_pressure)
     s.fail("fluid", "'initial_pressure' differs from that of 'mechanics': wall and blood must start in balance");
   if (coupling.iterations > 1 && !(has("mech") && has("fluid")))

@@ -3,8 +3,8 @@
 
     heartbus-check COMMAND --role ep|mech|ale|fluid [--ranks N]
 
-COMMAND is what the scene would have: "python3 my_ep.py --fast", or a program of heartbus. Prints a table; exit code 0 when
-all is well, 1 otherwise.
+COMMAND is what the scene would have: "python3 my_ep.py --fast", or a program of heartbus. Prints a table of all that can be
+looked at, "-" before what something else that is wrong hides; exit code 0 when all is well, 1 otherwise.
 """
 import argparse
 import json
@@ -36,11 +36,11 @@ PATIENCE = 10         # [s] to end after the cause
 
 
 class Wrong(Exception):
-    """What is wrong, and which check tells."""
+    """What is wrong."""
 
-    def __init__(self, check, reason):
-        super().__init__(reason)
-        self.check = check
+
+class Hidden(Exception):
+    """It cannot be looked at, because of something else that is wrong."""
 
 
 class Run:
@@ -99,27 +99,46 @@ class Check:
                 "participants": participants,
                 "output": {"every": "0 ms", "checkpoint": {"every": f"{SAVED} ms"}}}
 
-    def passed(self):
-        """The checks, one after the other as they are passed; Wrong is raised by the first that is not."""
-        yield from self.whole_run()
-        yield self.restart()
-        yield self.refuses()
-        yield self.ends_with(7, "silence", DEADLINE, "obeys a deadline")
-        yield self.ends_with(5, "fail", 0, "ends when a partner fails")
+    def verdicts(self):
+        """(check, "yes", "NO" or "-", what is wrong) of all, in the order of CHECKS."""
+        self.whole = Run(self.folder, self.scene(), "whole", "--record", f"{self.field}={self.folder / 'whole.h5'}")
+        history = self.folder / "results/history.csv"  # of which later runs have their own
+        self.steps = len(history.read_text().splitlines()) - 2 if history.is_file() else 0
+        looks = [self.idle, self.iterations, self.restart, self.refuses,
+                 lambda: self.ends_with(7, "silence", DEADLINE), lambda: self.ends_with(5, "fail", 0)]
+        yield from self.of_the_whole_run(CHECKS[:-len(looks)])
+        for check, look in zip(CHECKS[-len(looks):], looks, strict=True):
+            try:
+                look()
+                yield check, "yes", ""
+            except Wrong as wrong:
+                yield check, "NO", str(wrong)
+            except Hidden:
+                yield check, "-", ""
 
-    def whole_run(self):
-        run = Run(self.folder, self.scene(), "whole", "--record", f"{self.field}={self.folder / 'whole.h5'}")
-        if run.code:
-            raise Wrong(blamed(run), run.cause)
-        if run.left:
-            raise Wrong("ends when told", "processes are left: " + " ".join(run.left))
-        yield from CHECKS[:CHECKS.index("waits asleep")]
+    def of_the_whole_run(self, checks):
+        """Each is passed before the next one."""
+        run = self.whole
+        wrong = blamed(run) if run.code else "ends when told" if run.left else None
+        reason = run.cause if run.code else "processes are left: " + " ".join(run.left)
+        passed = checks.index(wrong) if wrong else len(checks)
+        for k, check in enumerate(checks):
+            yield check, "yes" if k < passed else "NO" if k == passed else "-", reason if k == passed else ""
+
+    def needs_the_whole_run(self):
+        if self.whole.code:
+            raise Hidden
+
+    def needs_steps(self):
+        """Up to where a partner does something wrong."""
+        if self.steps < WRONG_STEP:
+            raise Hidden
+
+    def idle(self):
+        self.needs_the_whole_run()
         share = self.idle_share()
         if share > 0.3:
-            raise Wrong("waits asleep", f"it uses {100 * share:.0f} % of a core while it waits")
-        yield "waits asleep"
-        self.compare_iterations()
-        yield "iterations start from the old state"
+            raise Wrong(f"it uses {100 * share:.0f} % of a core while it waits")
 
     def idle_share(self):
         costs = json.loads((self.folder / "results/indicators.json").read_text())
@@ -127,7 +146,8 @@ class Check:
         beyond = costs["cpu_s_by_part"][self.role] / self.ranks - costs["wall_s_by_part"][self.role]
         return beyond / waiting if waiting > 0 else 0
 
-    def compare_iterations(self):
+    def iterations(self):
+        self.needs_the_whole_run()
         if self.scheme != "E1FS":
             return
         steps, values = recorded(self.folder / "whole.h5")
@@ -136,42 +156,40 @@ class Check:
             first, second = values[steps == step][-2:]
             difference = abs(first - second).max()
             if difference > ALIKE * span:
-                raise Wrong("iterations start from the old state",
-                            f"'{self.field}' differs by {difference / span:.2g} of its range between two solves of step {step} "
+                raise Wrong(f"'{self.field}' differs by {difference / span:.2g} of its range between two solves of step {step} "
                             "that received the same")
 
     def restart(self):
-        check, again = "a restart gives the same bits", self.folder / "again.h5"
+        self.needs_the_whole_run()
+        again = self.folder / "again.h5"
         run = Run(self.folder, self.scene(), "again", "--record", f"{self.field}={again}", "--restart", "latest")
         if run.code:
-            raise Wrong(check, run.cause)
+            raise Wrong(run.cause)
         steps, whole = recorded(self.folder / "whole.h5", SAVED)
         for step, one, other in zip(steps, whole, recorded(again, SAVED)[1], strict=True):
             if (one != other).any():
-                raise Wrong(check, f"'{self.field}' of step {step} differs by {abs(one - other).max():.2g} after a restart "
+                raise Wrong(f"'{self.field}' of step {step} differs by {abs(one - other).max():.2g} after a restart "
                             f"from step {SAVED}")
-        return check
 
     def refuses(self):
-        check = "what is not finite is refused"
+        self.needs_steps()
         if self.sender:
             run = Run(self.folder, self.scene("nan", self.sender), "nan")
             if run.code == 0:
-                raise Wrong(check, f"it goes on with NaN from {self.sender}")
+                raise Wrong(f"it goes on with NaN from {self.sender}")
             if not run.cause.startswith(self.role):
-                raise Wrong(check, f"it is somebody else who notices: {run.cause}")
-        return check
+                raise Wrong(f"it is somebody else who notices: {run.cause}")
 
-    def ends_with(self, code, mischief, seconds, check):
+    def ends_with(self, code, mischief, seconds):
         """All end in time when a partner behaves so."""
+        self.needs_steps()
         run = Run(self.folder, self.scene(mischief, self.partners[0]), mischief)
         if run.code != code:
-            raise Wrong(check, f"exit code {run.code} in place of {code}: {run.cause}")
+            raise Wrong(f"exit code {run.code} in place of {code}: {run.cause}")
         if run.left:
-            raise Wrong(check, "processes are left: " + " ".join(run.left))
+            raise Wrong("processes are left: " + " ".join(run.left))
         if run.seconds > seconds + 2 * PATIENCE:
-            raise Wrong(check, f"the launch ends after {run.seconds:.0f} s only")
-        return check
+            raise Wrong(f"the launch ends after {run.seconds:.0f} s only")
 
 
 def blamed(run):
@@ -184,7 +202,7 @@ def blamed(run):
         return "joins"
     if run.code == 3 and "is sent by" in text:
         return "units"
-    if run.code == 3 and ("needs" in text or "declares no" in text or "has no part in it" in text):
+    if run.code == 3 and ("needs" in text or "declares no" in text or "must be solved and committed" in text):
         return "declares what the role needs"
     if "participants to end" in text or "programs to end" in text:
         return "ends when told"
@@ -199,24 +217,12 @@ def main():
     parser.add_argument("--role", choices=ROLES, required=True)
     parser.add_argument("--ranks", type=int, default=1)
     options = parser.parse_args()
-    rest = list(CHECKS)
-
-    def tell(word, check, reason=""):
-        print(f"{word:4}{check}{': ' + reason if reason else ''}", flush=True)
-        rest.remove(check)
-
     with tempfile.TemporaryDirectory() as folder:
-        try:
-            for check in Check(options.command, options.role, options.ranks, Path(folder)).passed():
-                tell("yes", check)
-            return 0
-        except Wrong as wrong:
-            while rest[0] != wrong.check:
-                tell("yes", rest[0])
-            tell("NO", wrong.check, str(wrong))
-            for check in list(rest):
-                tell("-", check)
-            return 1
+        words = []
+        for check, word, reason in Check(options.command, options.role, options.ranks, Path(folder)).verdicts():
+            words.append(word)
+            print(f"{word:4}{check}{': ' + reason if reason else ''}", flush=True)
+    return int(words.count("yes") < len(CHECKS))
 
 
 if __name__ == "__main__":

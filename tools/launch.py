@@ -5,9 +5,11 @@
                     [--print mpirun|slurm]
 """
 import argparse
+import contextlib
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 from launching import leftovers, mpirun, nodes as hosts, script
@@ -15,7 +17,8 @@ from launching.plan import ask_coupler, quoted
 from launching.programs import ROOT, command, programs
 from launching.watch import FILE, Watch
 
-SCENE = 2  # exit code
+SCENE = 2   # exit code
+LOADED = 2  # [s] after which all programs have been loaded
 EXAMPLES = """    {0} run                                           # a heartbeat of the idealised left ventricle
     {0} run my.yaml --set mesh=M1 --set alpha=auto    # results in results/NAME-alpha=auto-mesh=M1
     {0} run my.yaml --restart latest                  # on from the last checkpoint"""
@@ -56,13 +59,25 @@ def launch(plan, nodes, placed):
     try:
         words = mpirun.arguments(plan, nodes, placed)
         print("mpirun", quoted(words), flush=True)
-        return Watch(plan, ["mpirun", *words], environment(plan, nodes, folders)).run()
+        load_later = threading.Timer(LOADED, load_reports)
+        load_later.daemon = True
+        load_later.start()
+        code = Watch(plan, ["mpirun", *words], environment(plan, nodes, folders)).run()
+        load_later.cancel()
+        load_later.join()
+        return code
     except OSError as error:
         print(f"error: {error.filename or plan.folder}: {error.strerror}", file=sys.stderr)
         return FILE
     finally:
         if folders:
             folders.remove()
+
+
+def load_reports():
+    """While participants wait for each other a core is idle: what draws the report takes most of a second to load."""
+    with contextlib.suppress(ImportError, SystemExit):  # told when the report is made
+        import report  # noqa: F401
 
 
 def is_finished(folder):
@@ -82,16 +97,18 @@ def leave_state(folder):
 
 def tell(folder):
     """The indicators, what is implausible, where the report is."""
-    from reporting import plausibility, tables  # take a second, which who only launches need not wait
+    from reporting import plausibility, tables
     from results import Run
     run = Run(folder)
     print("\n" + tables.for_terminal(*tables.indicators([run])))
     found = plausibility.findings(run)
     print("\nImplausible:" * bool(found) + "".join(f"\n- {finding}" for finding in found) + "\n" * bool(found))
-    words = [sys.executable, ROOT / "tools/report.py", folder, "--charts"]
-    if subprocess.run(words, check=False, stdout=subprocess.DEVNULL).returncode != 0:
+    try:
+        import report
+        report.make([run], run.folder / "report", quick=True)
+    except (Exception, SystemExit) as error:  # the run's results are there all the same
         print(f"Results in {folder}", flush=True)
-        print(f"No report: {command()} report {quoted([folder])} failed", file=sys.stderr)
+        print(f"No report: {error}; {command()} report {quoted([folder])} makes it anew", file=sys.stderr)
         return
     print(f"Results in {folder}, report in {folder}/report/report.html\n"
           f"{command()} report {quoted([folder])} adds pictures and films of the fields")

@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from launching.programs import command, programs
-from results import load
+from results import LOADER, load
 
 try:
     from reporting import charts, style
@@ -34,6 +34,15 @@ def draw(runs, folder, formats):
             drawn[title] = style.save(figure, folder / name, formats)
             style.plt.close(figure)
     return drawn
+
+
+def make(runs, out, quick):
+    """The page in this folder; `quick`: its charts as SVG only, without pictures. What is missing then, as a sentence."""
+    out.mkdir(parents=True, exist_ok=True)
+    drawn = draw(runs, out, ("svg",) if quick else style.FORMATS)
+    missing = f"Pictures, films, charts as PNG and PDF: {command()} report, without --charts." if quick else render(runs)
+    (out / "report.html").write_text(page(runs, drawn, defaults(), missing))
+    return missing
 
 
 def render(runs):
@@ -61,7 +70,7 @@ def defaults():
     if not coupler.exists():
         return {}
     printed = subprocess.run([coupler, "--print-defaults"], stdout=subprocess.PIPE, text=True, check=False).stdout
-    return yaml.safe_load(printed) or {}
+    return yaml.load(printed, LOADER) or {}
 
 
 def main():
@@ -75,10 +84,7 @@ def main():
     except OSError as error:
         sys.exit(f"error: {error.filename}: {error.strerror}: is this the folder of a finished run?")
     out = options.out or (runs[0].folder / "report" if len(runs) == 1 else Path("comparison"))
-    out.mkdir(parents=True, exist_ok=True)
-    drawn = draw(runs, out, ("svg",) if options.charts else style.FORMATS)
-    missing = f"Pictures, films, charts as PNG and PDF: {command()} report, without --charts." if options.charts else render(runs)
-    (out / "report.html").write_text(page(runs, drawn, defaults(), missing))
+    missing = make(runs, out, options.charts)
     print(out / "report.html")
     if missing and not options.charts:
         print(missing, file=sys.stderr)

@@ -23,12 +23,16 @@ SHOWN = (("EF_percent", "ejection fraction", 1, "%"), ("EDV_mL", "volume, end of
          ("clamped_share_max_percent", "most sarcomeres out of the model's range", 1, "%"))
 
 
+LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast
+
+
 class History:
     """history.csv: columns by name without their unit, in SI units."""
 
     def __init__(self, folder):
         with open(Path(folder) / "history.csv", newline="") as file:
             header, *rows = list(csv.reader(file))
+        self.numbers = {}
         self.columns = {name.split(" [")[0]: [row[i] for row in rows] for i, name in enumerate(header)}
         self.time = self["time"]
 
@@ -36,7 +40,9 @@ class History:
         return name in self.columns
 
     def __getitem__(self, name):
-        return np.array([float(value) for value in self.columns[name]])
+        if name not in self.numbers:
+            self.numbers[name] = np.array([float(value) for value in self.columns[name]])
+        return self.numbers[name]
 
     def phases(self):
         """(name, begin, end) of each stretch of time in one phase."""
@@ -112,7 +118,7 @@ def flat(tree, prefix=""):
 def resolved_scene(folder):
     """Every key of the scene with its value, flat."""
     path = Path(folder) / "scene.resolved.yaml"
-    return flat(yaml.safe_load(path.read_text())) if path.exists() else {}
+    return flat(yaml.load(path.read_text(), LOADER)) if path.exists() else {}
 
 
 def quantity(text):

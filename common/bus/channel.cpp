@@ -15,68 +15,69 @@ void cancel(MPI_Request &request) {
 OutgoingChannel::OutgoingChannel(const World &world, int route, Peer peer, std::size_t n_numbers)
     : world_(&world), route_(route), peer_(std::move(peer)), n_numbers_(n_numbers) {
   if (!world.bells().reach(peer_.world_rank)) {
-    use_own_slot();
+    use_own_buffer();
     return;
   }
-  address_ = std::make_unique<SlotAddress>();
-  MPI_Irecv(address_.get(), sizeof(SlotAddress), MPI_BYTE, peer_.world_rank, route, world.data(), &request_);
+  address_ = std::make_unique<BufferAddress>();
+  MPI_Irecv(address_.get(), sizeof(BufferAddress), MPI_BYTE, peer_.world_rank, route, world.data(), &request_);
 }
 
-void OutgoingChannel::use_slot_at(const SlotAddress &address) {
+void OutgoingChannel::use_buffer_at(const BufferAddress &address) {
   memory_ = std::make_unique<SharedMemory>(address.memory);
   if (!memory_->begin())
-    return use_own_slot();
-  slot_ = reinterpret_cast<Slot *>(memory_->begin() + address.offset);
-  slot_->shared = 1;
+    return use_own_buffer();
+  buffer_ = reinterpret_cast<MessageBuffer *>(memory_->begin() + address.offset);
+  buffer_->shared = 1;
   is_shared_ = true;
 }
 
-void OutgoingChannel::use_own_slot() {
-  memory_ = std::make_unique<SharedMemory>(Slot::bytes(n_numbers_));
-  slot_ = reinterpret_cast<Slot *>(memory_->begin());
-  MPI_Send_init(slot_->message(0, n_numbers_), n_numbers_, MPI_DOUBLE, peer_.world_rank, route_, world_->data(),
+void OutgoingChannel::use_own_buffer() {
+  memory_ = std::make_unique<SharedMemory>(MessageBuffer::bytes(n_numbers_));
+  buffer_ = reinterpret_cast<MessageBuffer *>(memory_->begin());
+  MPI_Send_init(buffer_->message(0, n_numbers_), n_numbers_, MPI_DOUBLE, peer_.world_rank, route_, world_->data(),
                 &request_);
 }
 
 bool OutgoingChannel::is_free() {
   int complete = 0;
-  if (!slot_) {
+  if (!buffer_) {
     MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
     if (!complete)
       return false;
-    use_slot_at(*address_);
+    use_buffer_at(*address_);
   }
   if (!is_shared_) {
     MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
     return complete;
   }
-  const auto has_room = [this] { return slot_->sent - slot_->taken < Slot::n_messages; };
+  const auto has_room = [this] { return buffer_->sent - buffer_->taken < MessageBuffer::n_messages; };
   if (has_room())
     return true;
-  slot_->wanted = 1;
+  buffer_->wanted = 1;
   return has_room(); // otherwise the receiver sees in time that it is wanted
 }
 
 void OutgoingChannel::send() {
   if (is_shared_)
-    ++slot_->sent;
+    ++buffer_->sent;
   else
     MPI_Start(&request_);
 }
 
-bool OutgoingChannel::needs_help() { return slot_ && !is_shared_ && !is_free(); }
+bool OutgoingChannel::needs_help() { return buffer_ && !is_shared_ && !is_free(); }
 
 void OutgoingChannel::close() {
-  if (!slot_)
+  if (!buffer_)
     cancel(request_);
   else if (!is_shared_)
     MPI_Request_free(&request_);
 }
 
-IncomingChannel::IncomingChannel(const World &world, int route, Peer peer, std::size_t n_numbers, Slot *slot,
-                                 const SlotAddress &address)
-    : world_(&world), peer_(std::move(peer)), n_numbers_(n_numbers), slot_(slot) {
-  MPI_Recv_init(slot_->message(0, n_numbers), n_numbers, MPI_DOUBLE, peer_.world_rank, route, world.data(), &request_);
+IncomingChannel::IncomingChannel(const World &world, int route, Peer peer, std::size_t n_numbers, MessageBuffer *buffer,
+                                 const BufferAddress &address)
+    : world_(&world), peer_(std::move(peer)), n_numbers_(n_numbers), buffer_(buffer) {
+  MPI_Recv_init(buffer_->message(0, n_numbers), n_numbers, MPI_DOUBLE, peer_.world_rank, route, world.data(),
+                &request_);
   MPI_Start(&request_);
   if (!world.bells().reach(peer_.world_rank))
     return;
@@ -85,8 +86,8 @@ IncomingChannel::IncomingChannel(const World &world, int route, Peer peer, std::
 }
 
 bool IncomingChannel::has_arrived() {
-  if (slot_->shared)
-    return slot_->sent != n_taken_;
+  if (buffer_->shared)
+    return buffer_->sent != n_taken_;
   int complete = 0;
   for (int looks = 0; looks < 2 && !complete; ++looks) // the second finds what the first has let in
     MPI_Test(&request_, &complete, MPI_STATUS_IGNORE);
@@ -94,14 +95,14 @@ bool IncomingChannel::has_arrived() {
 }
 
 void IncomingChannel::take() {
-  if (!slot_->shared) {
+  if (!buffer_->shared) {
     MPI_Start(&request_);
     return;
   }
-  slot_->taken = ++n_taken_;
-  if (!slot_->wanted)
+  buffer_->taken = ++n_taken_;
+  if (!buffer_->wanted)
     return;
-  slot_->wanted = 0;
+  buffer_->wanted = 0;
   world_->bells().ring(peer_.world_rank);
 }
 

@@ -1,12 +1,13 @@
 #include "common/bus/coordinator.h"
 
 #include "common/base/failure.h"
-#include "common/bus/crew.h"
 #include "common/bus/handshake.h"
 #include "common/bus/placement.h"
 #include "common/bus/process.h"
+#include "common/bus/progress_monitor.h"
 #include "common/bus/protocol.h"
 #include "common/bus/pulse.h"
+#include "common/bus/recorders.h"
 #include "common/bus/route_table.h"
 #include "common/bus/waiting.h"
 #include "common/bus/world.h"
@@ -29,7 +30,7 @@ constexpr double watch_margin = 0.5; ///< [s] beyond the deadline, so that those
 volatile std::sig_atomic_t stop_signal = 0;
 
 /// A rank has complained.
-struct Culprit {
+struct RemoteError {
   int code;
   std::string text;
 };
@@ -47,18 +48,15 @@ struct Coordinator::Implementation {
   void poll();
   void count_progress();
   void open_letters();
-  void open(Letter letter);
-  void merge(Letter declaration);
-  [[noreturn]] void heed_complaint(Letter letter);
+  void open(Message received);
+  void merge(Message declaration);
+  [[noreturn]] void heed(Message received);
   std::pair<std::string, int> member(int world_rank) const; ///< its name and its rank within the participant
   std::string who(int world_rank) const;
   void collect_declarations();
   bool has_declared(const std::string &participant) const;
   void answer_questions();
   void post_rows(const RouteTable &table);
-  std::vector<int> count_expected(const std::string &from = "") const; ///< recordings of what has been ordered so far
-  void take_recordings();                                              ///< that have arrived
-  bool have_recorded(const std::vector<int> &expected);
   void await_all_gone();
   void order_all_to_leave(int code);
   void send_off(int code);
@@ -66,7 +64,7 @@ struct Coordinator::Implementation {
   World world;
   Mailbox mail;
   Waiting waiting;
-  Crew crew;
+  ProgressMonitor progress;
   Pulse pulse;
   const char *stage = "meeting";
   int n_ranks = 0, n_gone = 0;
@@ -75,14 +73,13 @@ struct Coordinator::Implementation {
   std::vector<ParticipantInfo> participants;
   std::list<RouteTable> tables;
   std::vector<RouteName> route_names;
-  std::list<Recorder> recorders;
-  std::map<std::string, std::deque<std::vector<int>>> expected_recordings; ///< by each report that has been ordered
+  Recorders recorders;
   std::map<std::string, std::uint32_t> n_executed; ///< commands, as counted by those of this node
-  std::deque<Letter> complaints;
+  std::deque<Message> errors;
   std::set<int> silent;              ///< ranks that have not declared anything yet
   std::map<int, Question> questions; ///< by the rank that waits for the answer
   std::map<std::string, std::deque<Report>> reports;
-  std::map<std::string, Habit> habits; ///< of waiting for the reports of each participant
+  std::map<std::string, WaitHistory> histories; ///< of waiting for the reports of each participant
   std::map<std::string, std::vector<Command>> queue;
   std::set<std::string> finished;
   std::size_t n_traced = 0; ///< ranks that will hand over a trace
@@ -104,59 +101,59 @@ void Coordinator::Implementation::poll() {
   mail.all_sent();
   mail.make_progress();
   open_letters();
-  take_recordings();
-  pulse.beat(stage, crew.step());
-  crew.watch(waiting.deadline + watch_margin, route_names);
+  recorders.take_arrived();
+  pulse.beat(stage, progress.step());
+  progress.watch(waiting.deadline + watch_margin, route_names);
 }
 
 void Coordinator::Implementation::count_progress() {
   for (const ParticipantInfo &participant : participants)
     if (const int root = world.ranks_of(participant.name).front(); world.bells().reach(root))
       for (std::uint32_t &n = n_executed[participant.name]; n != world.bells().counters(root).progress; ++n)
-        crew.executed_one(participant.name);
+        progress.executed_one(participant.name);
 }
 
 /// Of all kinds in one go: each look that finds nothing leaves the core to others. Complaints come last, when it is
 /// known who is busy with what.
 void Coordinator::Implementation::open_letters() {
-  while (auto letter = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
-    open(std::move(*letter));
+  while (auto received = mail.receive(MPI_ANY_SOURCE, MPI_ANY_TAG))
+    open(std::move(*received));
   count_progress();
-  if (!complaints.empty())
-    heed_complaint(std::move(complaints.front()));
+  if (!errors.empty())
+    heed(std::move(errors.front()));
 }
 
-void Coordinator::Implementation::open(Letter letter) {
-  const auto [name, rank] = member(letter.sender);
-  switch (letter.tag) {
+void Coordinator::Implementation::open(Message received) {
+  const auto [name, rank] = member(received.sender);
+  switch (received.tag) {
   case tag_progress:
-    return crew.executed_one(name);
+    return progress.executed_one(name);
   case tag_report:
-    return reports[name].push_back(unpack<Report>(std::move(letter.content)));
+    return reports[name].push_back(unpack<Report>(std::move(received.content)));
   case tag_declaration:
-    return merge(std::move(letter));
+    return merge(std::move(received));
   case tag_question:
-    questions[letter.sender] = unpack<Question>(std::move(letter.content));
+    questions[received.sender] = unpack<Question>(std::move(received.content));
     return;
   case tag_complaint:
-    return complaints.push_back(std::move(letter));
+    return errors.push_back(std::move(received));
   case tag_trace:
-    return traces.push_back({name, rank, unpack<Trace>(std::move(letter.content))});
+    return traces.push_back({name, rank, unpack<Trace>(std::move(received.content))});
   case tag_gone:
     ++n_gone;
   }
 }
 
-void Coordinator::Implementation::heed_complaint(Letter letter) {
-  auto complaint = unpack<Complaint>(std::move(letter.content));
-  const auto [name, rank] = member(letter.sender);
+void Coordinator::Implementation::heed(Message received) {
+  auto error = unpack<ErrorReport>(std::move(received.content));
+  const auto [name, rank] = member(received.sender);
   for (const ParticipantInfo &participant : participants)
-    if (participant.name == complaint.waits_for)
-      complaint.message += crew.why_late(complaint.waits_for, route_names, rank == 0 ? name : "");
-  throw Culprit{complaint.code, who(letter.sender) + ": " + complaint.message};
+    if (participant.name == error.waits_for)
+      error.message += progress.why_late(error.waits_for, route_names, rank == 0 ? name : "");
+  throw RemoteError{error.code, who(received.sender) + ": " + error.message};
 }
 
-void Coordinator::Implementation::merge(Letter declaration) {
+void Coordinator::Implementation::merge(Message declaration) {
   const auto [name, rank] = member(declaration.sender);
   for (ParticipantInfo &participant : participants)
     if (participant.name == name)
@@ -204,29 +201,10 @@ void Coordinator::Implementation::post_rows(const RouteTable &table) {
     mail.post(targets[r], tag_route, table.row_of_target(world, r));
 }
 
-std::vector<int> Coordinator::Implementation::count_expected(const std::string &from) const {
-  std::vector<int> expected;
-  for (const Recorder &recorder : recorders)
-    expected.push_back(from.empty() || route_names[recorder.route()].from == from ? recorder.n_expected() : 0);
-  return expected;
-}
-
-/// Who sends more than two messages waits until the first has been taken.
-void Coordinator::Implementation::take_recordings() {
-  for (Recorder &recorder : recorders)
-    recorder.take_arrived();
-}
-
-bool Coordinator::Implementation::have_recorded(const std::vector<int> &expected) {
-  take_recordings();
-  return std::equal(expected.begin(), expected.end(), recorders.begin(),
-                    [](int n, const Recorder &recorder) { return recorder.n_taken() >= n; });
-}
-
 void Coordinator::Implementation::await_all_gone() {
-  const auto done = [expected = count_expected(), this] {
+  const auto done = [this] {
     open_letters();
-    return n_gone == n_ranks - 1 && have_recorded(expected) && traces.size() == n_traced;
+    return n_gone == n_ranks - 1 && recorders.have_all() && traces.size() == n_traced;
   };
   waiting.until(done, [] { return Awaited{"all participants to end", ""}; });
 }
@@ -247,7 +225,7 @@ void Coordinator::Implementation::order_all_to_leave(int code) {
 /// After a failure: everybody gets the code and a moment to unwind, i.e. to close files; then all may end.
 void Coordinator::Implementation::send_off(int code) {
   order_all_to_leave(code);
-  pulse.beat("ending", crew.step());
+  pulse.beat("ending", progress.step());
   const Waiting undisturbed([] {}, [] { return true; }, nullptr);
   const auto all_gone = [this] {
     mail.all_sent();
@@ -277,8 +255,7 @@ Coordinator::Coordinator() {
 
 Coordinator::~Coordinator() {
   if (implementation_->ended_well) {
-    for (Recorder &recorder : implementation_->recorders)
-      recorder.close();
+    implementation_->recorders.close();
     implementation_->world.finalize();
   } else {
     implementation_.release(); // others may still write into its buffers; the process ends next
@@ -287,24 +264,24 @@ Coordinator::~Coordinator() {
 
 int Coordinator::run(const std::function<void()> &body) {
   Implementation &all = *implementation_;
-  Culprit culprit{0, ""};
+  RemoteError remote{0, ""};
   try {
     body();
     if (all.welcomed)
       finish();
-  } catch (const Culprit &other) {
-    culprit = other;
+  } catch (const RemoteError &other) {
+    remote = other;
   } catch (const Failure &failure) {
-    culprit = {static_cast<int>(failure.code()), std::string("coupler: ") + failure.what()};
+    remote = {static_cast<int>(failure.code()), std::string("coupler: ") + failure.what()};
   } catch (const std::exception &exception) {
-    culprit = {unforeseen, std::string("coupler: ") + exception.what()};
+    remote = {unforeseen, std::string("coupler: ") + exception.what()};
   }
-  if (culprit.code != 0) {
-    std::fprintf(stderr, "heartbus: %s\n", culprit.text.c_str());
-    all.send_off(culprit.code);
-    return culprit.code;
+  if (remote.code != 0) {
+    std::fprintf(stderr, "heartbus: %s\n", remote.text.c_str());
+    all.send_off(remote.code);
+    return remote.code;
   }
-  all.pulse.beat("ending", all.crew.step());
+  all.pulse.beat("ending", all.progress.step());
   all.order_all_to_leave(0);
   all.ended_well = true;
   return 0;
@@ -378,29 +355,23 @@ Coordinator::Recording Coordinator::record(int route,
   for (std::size_t r = 0; r < sources.size(); ++r)
     all.mail.post(sources[r], tag_route, table.row_of_source_to_coupler(all.world, r));
   order(table.from, {Command::Kind::connect, "", route, {}});
-  Recording recording{table.target_coordinates(), table.field.components, table.field.unit};
-  all.recorders.emplace_back(all.world, route, recording.components, table.peers_of_coupler(all.world),
-                             recording.coordinates.size() / 3, std::move(on_values));
-  return recording;
+  all.recorders.add(all.world, table, std::move(on_values));
+  return {table.target_coordinates(), table.field.components, table.field.unit};
 }
 
 void Coordinator::order(const std::string &participant, const Command &command) {
   Implementation &all = *implementation_;
   all.queue[this->participant(participant).name].push_back(command);
-  if (command.kind == Command::Kind::report)
-    all.expected_recordings[participant].push_back(all.count_expected(participant));
+  all.recorders.ordered(participant, command);
   if (command.kind == Command::Kind::finish)
     all.finished.insert(participant);
-  for (Recorder &recorder : all.recorders)
-    if (command.kind == Command::Kind::send && command.route == recorder.route())
-      recorder.expect_one();
 }
 
 void Coordinator::flush() {
   Implementation &all = *implementation_;
   for (auto &[name, commands] : all.queue) {
     all.mail.post(all.world.ranks_of(name).front(), tag_command, commands);
-    all.crew.sent(name, commands);
+    all.progress.sent(name, commands);
   }
   all.queue.clear();
   all.poll();
@@ -412,12 +383,12 @@ Report Coordinator::wait_report(const std::string &participant) {
   const auto came = [&] {
     if (reports.empty())
       all.open_letters();
-    all.take_recordings();
+    all.recorders.take_arrived();
     return !reports.empty();
   };
-  Habit &habit = all.habits[participant];
+  WaitHistory &history = all.histories[participant];
   const int root = all.world.ranks_of(participant).front();
-  habit.callers = all.recorders.empty() ? Doorbells::only(root) : Doorbells::anybody;
+  history.callers = all.recorders.empty() ? Doorbells::only(root) : Doorbells::anybody;
   // Slow participants are found by the watch over the crew, command by command.
   constexpr double patience = 100;
   all.waiting.until(
@@ -425,13 +396,12 @@ Report Coordinator::wait_report(const std::string &participant) {
       [&] {
         return Awaited{"the report of " + participant, ""};
       },
-      patience, &habit);
-  auto &expected = all.expected_recordings.at(participant);
-  all.waiting.until([&] { return all.have_recorded(expected.front()); },
+      patience, &history);
+  all.waiting.until([&] { return all.recorders.have_what_comes_before_report(participant); },
                     [&] {
                       return Awaited{"what " + participant + " has sent to be recorded", ""};
                     });
-  expected.pop_front();
+  all.recorders.forget_report(participant);
   Report report = std::move(reports.front());
   reports.pop_front();
   return report;

@@ -47,7 +47,7 @@ struct Command {
   static constexpr char scalars_only[] = "scalars";
   /// connect: take over a row of a routing table; ordered by Coordinator::connect and record themselves.
   /// trace: note from now on what is done when, and hand it over in the end; ordered by Coordinator::trace.
-  /// pass_turn, take_turn: like send and receive, without a field; for those who share cores.
+  /// notify, wait: like send and receive, without a field; for those who share cores.
   enum class Kind {
     prepare,
     solve,
@@ -62,11 +62,11 @@ struct Command {
     load,
     refresh,
     trace,
-    pass_turn,
-    take_turn
+    notify,
+    wait
   };
   Kind kind = Kind::solve;
-  std::string task; ///< of Kind::task; of save and load the folder; of pass_turn and take_turn the other participant;
+  std::string task; ///< of Kind::task; of save and load the folder; of notify and wait the other participant;
                     ///< of report `scalars_only` when times may follow with a later one
   int route = -1;   ///< of send and receive
   Step step;

@@ -57,15 +57,15 @@ Bytes Link::receive(Tag tag, const std::string &what, const std::string &from) {
   return receive_from(world_.coupler(), tag, {what, from});
 }
 
-Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience, Habit *habit) {
-  std::optional<Letter> letter;
+Bytes Link::receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience, WaitHistory *history) {
+  std::optional<Message> received;
   const auto came = [&] {
-    letter = mail_.receive(world_rank, tag);
-    return letter.has_value();
+    received = mail_.receive(world_rank, tag);
+    return received.has_value();
   };
   waiting_.until(
-      came, [&] { return awaited; }, patience, habit);
-  return std::move(letter->content);
+      came, [&] { return awaited; }, patience, history);
+  return std::move(received->content);
 }
 
 void Link::post_progress() {
@@ -77,7 +77,7 @@ void Link::post_progress() {
     mail_.send(world_.coupler(), tag_progress, {});
 }
 
-void Link::pass_turn(const std::string &to, std::vector<int> &to_be_rung) {
+void Link::notify(const std::string &to, std::vector<int> &to_be_rung) {
   const auto ranks = world_.ranks_of(to);
   const Doorbells &bells = world_.bells();
   for (int r = local_rank_; r < static_cast<int>(ranks.size()); r += local_size_)
@@ -88,7 +88,7 @@ void Link::pass_turn(const std::string &to, std::vector<int> &to_be_rung) {
       mail_.send(ranks[r], tag_turn, {});
 }
 
-void Link::take_turn(const std::string &from) {
+void Link::wait(const std::string &from) {
   const auto ranks = world_.ranks_of(from);
   const int rank = ranks.at(local_rank_ % ranks.size());
   const Awaited awaited{"its turn, which " + from + " passes on", from};
@@ -137,12 +137,12 @@ int Link::guard(const std::function<void()> &body) {
   return 0;
 }
 
-void Link::complain(const Complaint &complaint) {
-  post(tag_complaint, complaint);
+void Link::complain(const ErrorReport &error) {
+  post(tag_complaint, error);
   waiting_.within(grace, [] { return false; }); // left by the order to leave
   std::fprintf(stderr, "heartbus: %s (rank %d): %s\n", world_.members()[world_.rank()].name.c_str(), local_rank_,
-               complaint.message.c_str());
-  world_.abort(complaint.code);
+               error.message.c_str());
+  world_.abort(error.code);
 }
 
 void Link::wait_for_exit() {

@@ -40,9 +40,9 @@ class Link {
   void post_progress();
   /// Lets another participant go on: each of its ranks is told by one rank of this one. Those of this node are to be
   /// rung.
-  void pass_turn(const std::string &to, std::vector<int> &to_be_rung);
+  void notify(const std::string &to, std::vector<int> &to_be_rung);
   /// Waits until another participant has passed its turn on.
-  void take_turn(const std::string &from);
+  void wait(const std::string &from);
   /// From the other ranks to the root, which passes a report of all on. Who posts does not wait.
   void post_share(const Report &share) { mail_.post(own_ranks_.front(), tag_share, share); }
   std::vector<Report> receive_shares();
@@ -64,16 +64,17 @@ class Link {
  private:
   void poll();
   bool is_sending(); ///< whether messages of its own are under way
-  [[noreturn]] void complain(const Complaint &complaint);
+  [[noreturn]] void complain(const ErrorReport &error);
   /// The launcher kills everybody as soon as one process ends with a code, so nobody ends before all have unwound, i.e.
   /// closed their files.
   void wait_for_exit();
-  Bytes receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience = 1, Habit *habit = nullptr);
+  Bytes receive_from(int world_rank, Tag tag, const Awaited &awaited, double patience = 1,
+                     WaitHistory *history = nullptr);
 
   World &world_;
   Mailbox mail_;
   Waiting waiting_;
-  Habit commands_, turns_;          ///< of waiting for them
+  WaitHistory commands_, turns_;    ///< of waiting for them
   std::uint32_t n_turns_taken_ = 0; ///< that ranks of this node have passed on
   int local_rank_ = 0, local_size_ = 1;
   std::vector<int> own_ranks_; ///< of the world, in the order of local ranks

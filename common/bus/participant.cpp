@@ -17,7 +17,7 @@ std::string name_from(int argc, char **argv, const std::string &default_name, co
     return default_name;
   const std::string option = argv[1];
   if (argc == 2 && option == "--version") {
-    std::printf("%s (%s), protocol %d\n", program.c_str(), build_id, protocol_version);
+    std::printf("%s\n", version_of(program).c_str());
     std::exit(0);
   }
   if (argc == 3 && option == "--name")

@@ -71,7 +71,7 @@ bool PipeReader::fill(Bytes &bytes) {
   return n_filled_ == bytes.size();
 }
 
-std::optional<Letter> PipeReader::next() {
+std::optional<Message> PipeReader::next() {
   if (!in_content_) {
     header_.resize(header_size);
     if (!fill(header_))
@@ -86,10 +86,10 @@ std::optional<Letter> PipeReader::next() {
     return {};
   n_filled_ = 0;
   in_content_ = false;
-  Letter letter;
-  std::memcpy(&letter.tag, header_.data(), sizeof letter.tag);
-  letter.content = std::move(content_);
-  return letter;
+  Message received;
+  std::memcpy(&received.tag, header_.data(), sizeof received.tag);
+  received.content = std::move(content_);
+  return received;
 }
 
 } // namespace heartbus::bus

@@ -33,7 +33,7 @@ struct Pipes {
   Pipe from_coupler, to_coupler, from_root, to_root;
 };
 
-struct Letter {
+struct Message {
   int sender = 0, tag = 0;
   Bytes content;
 };
@@ -55,7 +55,7 @@ class PipeWriter {
 class PipeReader {
  public:
   explicit PipeReader(Pipe &pipe) : pipe_(pipe) {}
-  std::optional<Letter> next(); ///< once it is complete; the sender is left open
+  std::optional<Message> next(); ///< once it is complete; the sender is left open
   bool room_was_wanted() { return pipe_.room_was_wanted(); }
 
  private:

@@ -49,11 +49,11 @@ Unpacker &operator>>(Unpacker &unpacker, RouteRow &row) {
   return unpacker >> row.route >> row.outgoing >> row.field >> row.peers;
 }
 
-Packer &operator<<(Packer &packer, const Complaint &complaint) {
-  return packer << complaint.code << complaint.message << complaint.waits_for;
+Packer &operator<<(Packer &packer, const ErrorReport &error) {
+  return packer << error.code << error.message << error.waits_for;
 }
-Unpacker &operator>>(Unpacker &unpacker, Complaint &complaint) {
-  return unpacker >> complaint.code >> complaint.message >> complaint.waits_for;
+Unpacker &operator>>(Unpacker &unpacker, ErrorReport &error) {
+  return unpacker >> error.code >> error.message >> error.waits_for;
 }
 
 Packer &operator<<(Packer &packer, const Command &command) {
@@ -146,10 +146,10 @@ std::string kind_of_work(const Command &command) {
     return "refresh";
   case Command::Kind::trace:
     return "trace";
-  case Command::Kind::pass_turn:
-    return "pass_turn";
-  case Command::Kind::take_turn:
-    return "take_turn";
+  case Command::Kind::notify:
+    return "notify";
+  case Command::Kind::wait:
+    return "wait";
   }
   return "";
 }
@@ -168,8 +168,8 @@ void Mailbox::send(int rank, Tag tag, Bytes bytes) {
     pipe->second.post(tag, std::move(bytes));
     return push(rank, pipe->second);
   }
-  Outbound &letter = outbound_.emplace_back(Outbound{std::move(bytes), MPI_REQUEST_NULL});
-  MPI_Isend(letter.bytes.data(), letter.bytes.size(), MPI_BYTE, rank, tag, world_.control(), &letter.request);
+  Outbound &outbound = outbound_.emplace_back(Outbound{std::move(bytes), MPI_REQUEST_NULL});
+  MPI_Isend(outbound.bytes.data(), outbound.bytes.size(), MPI_BYTE, rank, tag, world_.control(), &outbound.request);
 }
 
 void Mailbox::push(int rank, PipeWriter &pipe) {
@@ -177,25 +177,25 @@ void Mailbox::push(int rank, PipeWriter &pipe) {
     world_.bells().ring(rank);
 }
 
-std::optional<Letter> Mailbox::receive(int rank, int tag) {
+std::optional<Message> Mailbox::receive(int rank, int tag) {
   for (auto &[sender, pipe] : readers_) {
-    while (auto letter = pipe.next()) {
-      letter->sender = sender;
-      arrived_.push_back(std::move(*letter));
+    while (auto received = pipe.next()) {
+      received->sender = sender;
+      arrived_.push_back(std::move(*received));
     }
     if (pipe.room_was_wanted())
       world_.bells().ring(sender);
   }
-  for (auto letter = arrived_.begin(); letter != arrived_.end(); ++letter)
-    if ((rank == MPI_ANY_SOURCE || rank == letter->sender) && (tag == MPI_ANY_TAG || tag == letter->tag)) {
-      std::optional<Letter> found = std::move(*letter);
-      arrived_.erase(letter);
+  for (auto received = arrived_.begin(); received != arrived_.end(); ++received)
+    if ((rank == MPI_ANY_SOURCE || rank == received->sender) && (tag == MPI_ANY_TAG || tag == received->tag)) {
+      std::optional<Message> found = std::move(*received);
+      arrived_.erase(received);
       return found;
     }
   return world_.bells().reach_everybody() ? std::nullopt : receive_by_mpi(rank, tag);
 }
 
-std::optional<Letter> Mailbox::receive_by_mpi(int rank, int tag) {
+std::optional<Message> Mailbox::receive_by_mpi(int rank, int tag) {
   int arrived = 0, size = 0;
   MPI_Message message;
   MPI_Status status;
@@ -206,7 +206,7 @@ std::optional<Letter> Mailbox::receive_by_mpi(int rank, int tag) {
   MPI_Get_count(&status, MPI_BYTE, &size);
   Bytes bytes(size);
   MPI_Mrecv(bytes.data(), size, MPI_BYTE, &message, MPI_STATUS_IGNORE);
-  return Letter{status.MPI_SOURCE, status.MPI_TAG, std::move(bytes)};
+  return Message{status.MPI_SOURCE, status.MPI_TAG, std::move(bytes)};
 }
 
 void Mailbox::make_progress() const {
@@ -221,10 +221,10 @@ bool Mailbox::all_sent() {
       push(rank, pipe);
       all = all && pipe.empty();
     }
-  for (auto letter = outbound_.begin(); letter != outbound_.end();) {
+  for (auto outbound = outbound_.begin(); outbound != outbound_.end();) {
     int sent = 0;
-    MPI_Test(&letter->request, &sent, MPI_STATUS_IGNORE);
-    letter = sent ? outbound_.erase(letter) : std::next(letter);
+    MPI_Test(&outbound->request, &sent, MPI_STATUS_IGNORE);
+    outbound = sent ? outbound_.erase(outbound) : std::next(outbound);
   }
   return all && outbound_.empty();
 }

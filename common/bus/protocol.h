@@ -69,7 +69,7 @@ struct RouteRow {
 };
 
 /// Why a rank has failed. A deadline names the participant that was waited for.
-struct Complaint {
+struct ErrorReport {
   int code = 0;
   std::string message, waits_for;
 };
@@ -82,8 +82,8 @@ Packer &operator<<(Packer &packer, const PartnerPoints &points);
 Unpacker &operator>>(Unpacker &unpacker, PartnerPoints &points);
 Packer &operator<<(Packer &packer, const RouteRow &row);
 Unpacker &operator>>(Unpacker &unpacker, RouteRow &row);
-Packer &operator<<(Packer &packer, const Complaint &complaint);
-Unpacker &operator>>(Unpacker &unpacker, Complaint &complaint);
+Packer &operator<<(Packer &packer, const ErrorReport &error);
+Unpacker &operator>>(Unpacker &unpacker, ErrorReport &error);
 Packer &operator<<(Packer &packer, const Command &command);
 Unpacker &operator>>(Unpacker &unpacker, Command &command);
 Packer &operator<<(Packer &packer, const Report &report);
@@ -112,8 +112,8 @@ class Mailbox {
     send(rank, tag, packer.take());
   }
 
-  std::optional<Letter> receive(int rank, int tag); ///< rank may be MPI_ANY_SOURCE, tag MPI_ANY_TAG
-  bool all_sent();                                  ///< lets messages progress and frees those that have left
+  std::optional<Message> receive(int rank, int tag); ///< rank may be MPI_ANY_SOURCE, tag MPI_ANY_TAG
+  bool all_sent();                                   ///< lets messages progress and frees those that have left
   /// Lets MPI take in what solvers have sent to this rank: who sleeps with it unread keeps their buffers from them.
   void make_progress() const;
 
@@ -123,12 +123,12 @@ class Mailbox {
     MPI_Request request;
   };
   void push(int rank, PipeWriter &pipe);
-  std::optional<Letter> receive_by_mpi(int rank, int tag);
+  std::optional<Message> receive_by_mpi(int rank, int tag);
 
   const World &world_;
   std::map<int, PipeWriter> writers_; ///< by rank of the world
   std::map<int, PipeReader> readers_;
-  std::list<Letter> arrived_; ///< through pipes, and nobody has asked for them yet
+  std::list<Message> arrived_; ///< through pipes, and nobody has asked for them yet
   std::list<Outbound> outbound_;
 };
 

@@ -81,17 +81,4 @@ std::vector<double> RouteTable::target_coordinates() const {
   return all;
 }
 
-Recorder::Recorder(const World &world, int route, unsigned components, const std::vector<Peer> &peers,
-                   std::size_t n_points, Callback on_values)
-    : route_(route), incoming_(world, route, components, peers), values_(components * n_points),
-      on_values_(std::move(on_values)) {}
-
-void Recorder::take_arrived() {
-  while (n_taken_ < n_expected_ && incoming_.has_arrived()) {
-    const Step step = incoming_.take(values_);
-    ++n_taken_;
-    on_values_(step, values_);
-  }
-}
-
 } // namespace heartbus::bus

@@ -1,11 +1,9 @@
 #pragma once
 
 #include "common/bus/protocol.h"
-#include "common/bus/transfer.h"
 #include "common/bus/world.h"
 #include "common/mapping/conforming_map.h"
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -34,26 +32,6 @@ class RouteTable {
              const std::pair<FieldInfo, FieldInfo> &agreed);
   mapping::DistributedPoints target_;
   std::vector<mapping::Block> blocks_;
-};
-
-/// Receives at the coupler what travels on a route and hands it on.
-class Recorder {
- public:
-  using Callback = std::function<void(const Step &, const std::vector<double> &)>;
-  Recorder(const World &world, int route, unsigned components, const std::vector<Peer> &peers, std::size_t n_points,
-           Callback on_values);
-  void expect_one() { ++n_expected_; }
-  int n_expected() const { return n_expected_; } ///< since the start
-  int n_taken() const { return n_taken_; }
-  void take_arrived();
-  int route() const { return route_; }
-  void close() { incoming_.close(); }
-
- private:
-  int route_, n_expected_ = 0, n_taken_ = 0;
-  Incoming incoming_;
-  std::vector<double> values_;
-  Callback on_values_;
 };
 
 } // namespace heartbus::bus

@@ -42,8 +42,8 @@ std::string whose(const Command &command) {
   case Command::Kind::report:
   case Command::Kind::connect:
   case Command::Kind::trace:
-  case Command::Kind::pass_turn:
-  case Command::Kind::take_turn:
+  case Command::Kind::notify:
+  case Command::Kind::wait:
     return "bus";
   case Command::Kind::save:
   case Command::Kind::load:
@@ -161,11 +161,11 @@ void Server::execute(const Command &command) {
     return connect();
   case Command::Kind::trace:
     return begin_trace();
-  case Command::Kind::pass_turn:
-    return link_.pass_turn(command.task, to_be_rung_);
-  case Command::Kind::take_turn: {
+  case Command::Kind::notify:
+    return link_.notify(command.task, to_be_rung_);
+  case Command::Kind::wait: {
     const Stopwatch::Section waiting(parts_, "waiting");
-    return link_.take_turn(command.task);
+    return link_.wait(command.task);
   }
   default:
     return; // of the solver
@@ -208,12 +208,12 @@ void Server::wait_until_taken(int route) {
     return Awaited{ends.busy_with() + " to take the previous '" + sent_.at(route).field->info.name + "'", ""};
   };
   const Stopwatch::Section waiting(parts_, "waiting");
-  Habit habit;
+  WaitHistory history;
   const auto is_free = [&] {
-    habit.callers = ends.takers();
+    history.callers = ends.takers();
     return ends.is_free();
   };
-  link_.waiting().until(is_free, awaited, 1, &habit);
+  link_.waiting().until(is_free, awaited, 1, &history);
 }
 
 void Server::receive(int route, const Step &step) {
@@ -222,13 +222,13 @@ void Server::receive(int route, const Step &step) {
   const auto awaited = [&] {
     return Awaited{"field '" + field.info.name + "' from " + ends.missing() + ", " + describe(step), ends.sender()};
   };
-  if (Habit &habit = ends.habit(step); !ends.has_arrived()) {
+  if (WaitHistory &history = ends.history(step); !ends.has_arrived()) {
     const Stopwatch::Section waiting(parts_, "waiting");
     const auto has_arrived = [&] {
-      habit.callers = ends.callers();
-      return habit.callers == 0;
+      history.callers = ends.callers();
+      return history.callers == 0;
     };
-    link_.waiting().until(has_arrived, awaited, 1, &habit);
+    link_.waiting().until(has_arrived, awaited, 1, &history);
   }
   field.target->resize(field.size);
   if (ends.sender().empty())

@@ -61,10 +61,10 @@ bool all_plausible(const double *numbers, std::size_t n) {
 
 std::size_t size_of(const Peer &peer, unsigned components) { return header_size + components * peer.points.size(); }
 
-std::size_t bytes_of_slots(const std::vector<Peer> &peers, unsigned components) {
+std::size_t bytes_of_buffers(const std::vector<Peer> &peers, unsigned components) {
   std::size_t bytes = 0;
   for (const Peer &peer : peers)
-    bytes += Slot::bytes(size_of(peer, components));
+    bytes += MessageBuffer::bytes(size_of(peer, components));
   return bytes;
 }
 
@@ -139,13 +139,13 @@ void Outgoing::close() {
 }
 
 Incoming::Incoming(const World &world, int route, unsigned components, const std::vector<Peer> &peers)
-    : route_(route), components_(components), memory_(bytes_of_slots(peers, components)) {
+    : route_(route), components_(components), memory_(bytes_of_buffers(peers, components)) {
   std::size_t offset = 0;
   for (const Peer &peer : peers) {
     const std::size_t n_numbers = size_of(peer, components);
-    channels_.emplace_back(world, route, peer, n_numbers, reinterpret_cast<Slot *>(memory_.begin() + offset),
-                           SlotAddress{memory_.ticket(), offset});
-    offset += Slot::bytes(n_numbers);
+    channels_.emplace_back(world, route, peer, n_numbers, reinterpret_cast<MessageBuffer *>(memory_.begin() + offset),
+                           BufferAddress{memory_.ticket(), offset});
+    offset += MessageBuffer::bytes(n_numbers);
   }
 }
 
@@ -170,13 +170,13 @@ Step Incoming::take(std::vector<double> &values) {
   return step;
 }
 
-Habit &Incoming::habit(const Step &step) {
+WaitHistory &Incoming::history(const Step &step) {
   if (step.number != step_)
     n_receipts_ = 0;
   step_ = step.number;
-  if (habits_.size() == n_receipts_)
-    habits_.emplace_back();
-  return habits_[n_receipts_++];
+  if (histories_.size() == n_receipts_)
+    histories_.emplace_back();
+  return histories_[n_receipts_++];
 }
 
 std::string Incoming::missing() { return names_of(channels_, is_missing); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "common/base/plausible.h"
 #include "common/bus/channel.h"
 #include "common/bus/protocol.h"
 #include "common/bus/solver.h"
@@ -10,10 +11,6 @@
 #include <vector>
 
 namespace heartbus::bus {
-
-/// No quantity of any unit has a larger value; products of a few such numbers are infinite, and then NaN, at the
-/// receiver's.
-inline constexpr double largest_plausible = 1e100;
 
 /// The sending end of a route on one rank: a channel to each rank that needs some of its points. What goes through it
 /// is a header (route, step, iteration, time, size) and the values at these points.
@@ -50,14 +47,14 @@ class Incoming {
   std::string sender() const { return channels_.empty() ? "" : channels_.front().peer().participant; }
   void close();
   /// Of waiting for it: as long as at the same receipt of the step before, not as at the last one.
-  Habit &habit(const Step &step);
+  WaitHistory &history(const Step &step);
 
  private:
   int route_;
   unsigned components_;
   SharedMemory memory_; ///< of all its slots
   std::vector<IncomingChannel> channels_;
-  std::vector<Habit> habits_; ///< by receipt within a step
+  std::vector<WaitHistory> histories_; ///< by receipt within a step
   int step_ = 0;
   std::size_t n_receipts_ = 0;
 };

@@ -18,10 +18,10 @@ constexpr milliseconds longest_nap(10), longest_sleep(100); ///< an order to lea
 constexpr double long_wait = 2e-3;                          ///< [s]
 constexpr int naps_of_a_wait = 50;                          ///< what takes long beyond that ends late by 1 %
 
-double usual(const Habit &habit) { return std::min(habit.last, habit.before); }
+double usual(const WaitHistory &history) { return std::min(history.last, history.before); }
 
 /// How much of a recurring wait is slept through [s]: short ones vary more, and oversleeping them costs more.
-double slept_through(const Habit &habit) { return (usual(habit) < long_wait ? 0.5 : 0.75) * usual(habit); }
+double slept_through(const WaitHistory &history) { return (usual(history) < long_wait ? 0.5 : 0.75) * usual(history); }
 
 /// How long to sleep next, where no bell tells when it becomes worth while to look.
 struct Naps {
@@ -40,19 +40,19 @@ struct Naps {
 Waiting::Waiting(std::function<void()> poll, std::function<bool()> is_sending, const Doorbells *bells)
     : poll_(std::move(poll)), is_sending_(std::move(is_sending)), bells_(bells) {}
 
-bool Waiting::sleep(std::uint32_t heard, const Habit *habit, nanoseconds longest) const {
+bool Waiting::sleep(std::uint32_t heard, const WaitHistory *history, nanoseconds longest) const {
   if (bells_)
-    return bells_->sleep(heard, habit ? habit->callers : Doorbells::anybody, longest);
+    return bells_->sleep(heard, history ? history->callers : Doorbells::anybody, longest);
   std::this_thread::sleep_for(longest);
   return false;
 }
 
-bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *habit) const {
+bool Waiting::within(double seconds, const std::function<bool()> &done, WaitHistory *history) const {
   const auto start = steady_clock::now();
   const bool announced = bells_ && bells_->reach_everybody();
-  Naps naps{duration_cast<nanoseconds>(duration<double>(habit ? slept_through(*habit) : 0))};
+  Naps naps{duration_cast<nanoseconds>(duration<double>(history ? slept_through(*history) : 0))};
   const double looks_if_below = announced ? duration<double>(spin).count() : long_wait;
-  nanoseconds waited(0), awake_until(habit && usual(*habit) < looks_if_below ? spin : microseconds(0));
+  nanoseconds waited(0), awake_until(history && usual(*history) < looks_if_below ? spin : microseconds(0));
   std::uint32_t heard_before_sleep = 0;
   bool sleeps_long = false;
   for (bool has_slept = !announced;; waited = steady_clock::now() - start) {
@@ -71,19 +71,19 @@ bool Waiting::within(double seconds, const std::function<bool()> &done, Habit *h
       return false;
     sleeps_long = announced && !is_sending_();
     heard_before_sleep = heard;
-    if (sleep(heard, habit, sleeps_long ? longest_sleep : naps.next(waited)))
+    if (sleep(heard, history, sleeps_long ? longest_sleep : naps.next(waited)))
       awake_until = steady_clock::now() - start + spin;
     has_slept = true;
   }
-  if (habit)
-    habit->before = std::exchange(habit->last, duration<double>(waited).count());
+  if (history)
+    history->before = std::exchange(history->last, duration<double>(waited).count());
   return true;
 }
 
 void Waiting::until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience,
-                    Habit *habit) const {
+                    WaitHistory *history) const {
   const double seconds = patience * deadline;
-  if (within(seconds, done, habit))
+  if (within(seconds, done, history))
     return;
   const Awaited missing = awaited();
   std::ostringstream message;

@@ -22,7 +22,7 @@ class Late : public Failure {
 };
 
 /// A wait that recurs in each step: who ends it, and how long it took the last two times [s].
-struct Habit {
+struct WaitHistory {
   Doorbells::Ranks callers = Doorbells::anybody;
   double last = 0, before = 0;
 };
@@ -45,15 +45,15 @@ class Waiting {
   /// Returns when `done()`; Late("waited .. s for ..") after `patience` deadlines. `habit` is kept by the caller for
   /// waits that recur.
   void until(const std::function<bool()> &done, const std::function<Awaited()> &awaited, double patience = 1,
-             Habit *habit = nullptr) const;
+             WaitHistory *history = nullptr) const;
   /// As above, but gives up silently: false after `seconds`.
-  bool within(double seconds, const std::function<bool()> &done, Habit *habit = nullptr) const;
+  bool within(double seconds, const std::function<bool()> &done, WaitHistory *history = nullptr) const;
   /// Waits that were over though nobody had rung: noticed up to 100 ms late. None, unless a message is overtaken by its
   /// ring.
   int n_overslept() const { return n_overslept_; }
 
  private:
-  bool sleep(std::uint32_t heard, const Habit *habit,
+  bool sleep(std::uint32_t heard, const WaitHistory *history,
              std::chrono::nanoseconds longest) const; ///< returns whether the bell rang
 
   std::function<void()> poll_;

@@ -9,7 +9,11 @@
 
 namespace heartbus::bus {
 
-const char *const build_id = "heartbus 0.1.0, compiler " __VERSION__;
+const char *const build_id = "heartbus " HEARTBUS_VERSION ", compiler " __VERSION__;
+
+std::string version_of(const std::string &program) {
+  return program + " (" + build_id + "), protocol " + std::to_string(protocol_version);
+}
 
 World::World(const Member &self) {
   int initialised, provided;

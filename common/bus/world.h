@@ -11,8 +11,9 @@
 
 namespace heartbus::bus {
 
-constexpr int protocol_version = 9; ///< everyone in a launch must speak the same
-extern const char *const build_id;  ///< shown by --version and in the list of who came
+constexpr int protocol_version = 9;                 ///< everyone in a launch must speak the same
+extern const char *const build_id;                  ///< shown by --version and in the list of who came
+std::string version_of(const std::string &program); ///< program, its build and the protocol: what --version prints
 
 /// What every rank of the launch tells all others first.
 struct Member {

@@ -11,14 +11,22 @@ namespace heartbus::config {
 namespace {
 
 std::string quoted_if_needed(const std::string &text) {
-  const bool plain = !text.empty() && text.find_first_of(":#{}[],&*!|>'\"%@`\\\n") == std::string::npos &&
-                     text.find_first_of(" -?") != 0 && text.back() != ' ' && text != "~" && text != "null";
+  const bool plain = !text.empty() && text.find_first_of(":#{}[],&*!|'\"%@`\\\n") == std::string::npos &&
+                     text.find_first_of(" -?>") != 0 && text.back() != ' ' && text != "~" && text != "null";
   if (plain)
     return text;
   std::string quoted = "\"";
   for (const char c : text)
     quoted += c == '"' || c == '\\' ? std::string("\\") + c : c == '\n' ? "\\n" : std::string(1, c);
   return quoted + "\"";
+}
+
+std::string to_text(const std::vector<Outline> &lines, const std::string &indent) {
+  std::string text;
+  for (const Outline &line : lines)
+    text += "\n" + indent + "- " + quoted_if_needed(line.text) +
+            (line.lines.empty() ? "" : ":" + to_text(line.lines, indent + "    "));
+  return text;
 }
 
 class Printer : public Section {
@@ -56,6 +64,9 @@ class Printer : public Section {
     for (const auto &value : values)
       words.push_back(quoted_if_needed(value));
     entries_.push_back({key, "[" + joined(words) + "]", meaning, {}});
+  }
+  void outline(const std::string &key, std::vector<Outline> &lines, const std::string &meaning) override {
+    entries_.push_back({key, lines.empty() ? "[]" : "", meaning, {}, false, lines});
   }
   void quantities(const std::string &key, std::vector<double> &values, const std::string &unit, unsigned,
                   const std::string &meaning) override {
@@ -95,7 +106,7 @@ class Printer : public Section {
         line += " " + value;
       if (!entry.meaning.empty())
         line += std::string(std::max<int>(2, 44 - static_cast<int>(line.size())), ' ') + "# " + entry.meaning;
-      text += line + "\n";
+      text += line + to_text(entry.outline, indent + "  ") + "\n";
       for (const auto &block : entry.blocks) {
         std::string inner = block->lines(indent + (entry.is_list ? "    " : "  "));
         if (entry.is_list && !inner.empty())
@@ -130,6 +141,7 @@ class Printer : public Section {
     std::string key, value, meaning;
     std::vector<std::unique_ptr<Printer>> blocks; ///< one for a block, any number for a list
     bool is_list = false;
+    std::vector<Outline> outline{};
   };
   std::vector<Entry> entries_;
 };

@@ -100,6 +100,11 @@ class Reader final : public Section {
     }
   }
 
+  void outline(const std::string &key, std::vector<Outline> &lines, const std::string &) override {
+    if (const Node *node = list_node(key))
+      lines = outline_of(key, *node);
+  }
+
   void quantities(const std::string &key, std::vector<double> &values, const std::string &unit, unsigned size,
                   const std::string &) override {
     if (const Node *node = list_node(key)) {
@@ -180,6 +185,19 @@ class Reader final : public Section {
     if (node && node->kind != Node::Kind::list)
       fail(key, "must be a list, e.g. [a, b]");
     return node;
+  }
+
+  std::vector<Outline> outline_of(const std::string &key, const Node &list) {
+    std::vector<Outline> lines;
+    for (const Node &item : list.children)
+      if (item.kind == Node::Kind::scalar)
+        lines.push_back({plain_text(key, item.value), item.where, {}});
+      else if (item.children.size() == 1 && item.children[0].kind == Node::Kind::list)
+        lines.push_back({plain_text(key, item.children[0].key), item.where, outline_of(key, item.children[0])});
+      else
+        throw Failure(ExitCode::scene, item.where + ": key '" + full(key) +
+                                           "': an entry is a line, or one with a list of its own: '- 2 times: [a, b]'");
+    return lines;
   }
 
   template <class Conversion>

@@ -20,6 +20,13 @@ inline constexpr Range positive{0, std::numeric_limits<double>::infinity(), true
 inline constexpr Range non_negative{0};
 constexpr Range between(double low, double high, const char *why = "") { return {low, high, false, why}; }
 
+/// Lines of text, some of which have lines of their own: "- solve ep", "- 2 times:" with a list below.
+struct Outline {
+  std::string text;
+  std::string where; ///< "file:line"
+  std::vector<Outline> lines;
+};
+
 /// A block of the scene, seen by the code that owns its keys. Each parameter is written once, in a `describe` function:
 ///
 ///     struct Guccione { double c = 880; void describe(config::Section &s) { s.quantity("c", c, "Pa", positive, "...");
@@ -48,6 +55,7 @@ class Section {
   virtual void choice(const std::string &key, std::string &value, const std::vector<std::string> &allowed,
                       const std::string &meaning) = 0;
   virtual void texts(const std::string &key, std::vector<std::string> &values, const std::string &meaning) = 0;
+  virtual void outline(const std::string &key, std::vector<Outline> &lines, const std::string &meaning) = 0;
   /// A list of numbers that share a unit, e.g. a point "[0 mm, 0 mm, 3 mm]"; `size` 0 allows any length.
   virtual void quantities(const std::string &key, std::vector<double> &values, const std::string &unit, unsigned size,
                           const std::string &meaning) = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "common/geometry/mesh.h"
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <deal.II/base/partitioner.h>
 #include <deal.II/lac/la_parallel_vector.h>
@@ -102,10 +102,12 @@ class LagrangeSpace {
   const geometry::Mesh::Fibre *fibre(unsigned slot) const { return fibres_.empty() ? nullptr : &fibres_[slot]; }
   /// [q][a], the same for all cells
   const double *shapes() const { return shapes_.data(); }
-  /// [q][a][3] of a batch, in Lanes [1/m]
-  const Lanes *gradients(unsigned batch) const { return &gradients_[std::size_t(batch) * n_q_ * nodes_per_cell_ * 3]; }
+  /// [q][a][3] of a batch, in VectorizedDouble [1/m]
+  const VectorizedDouble *gradients(unsigned batch) const {
+    return &gradients_[std::size_t(batch) * n_q_ * nodes_per_cell_ * 3];
+  }
   /// [q] of a batch [m^3]; zero in unused slots
-  const Lanes *JxW(unsigned batch) const { return &JxW_[std::size_t(batch) * n_q_]; }
+  const VectorizedDouble *JxW(unsigned batch) const { return &JxW_[std::size_t(batch) * n_q_]; }
   /// Coordinates of quadrature point q of a slot, reference [m].
   geometry::Point3 quadrature_point(unsigned slot, unsigned q) const;
   /// Edge length of the cell: (volume)^(1/3) [m].
@@ -143,7 +145,7 @@ class LagrangeSpace {
   std::vector<unsigned> cell_nodes_, materials_;
   std::vector<geometry::Mesh::Fibre> fibres_;
   std::vector<double> shapes_;
-  std::vector<Lanes> gradients_, JxW_;
+  std::vector<VectorizedDouble> gradients_, JxW_;
   mutable std::vector<std::shared_ptr<const dealii::Utilities::MPI::Partitioner>> partitioners_;
 };
 

@@ -25,7 +25,7 @@ Direction normalised(const Direction &a) { return scaled(1 / std::sqrt(dot(a, a)
 /// The part of `a` orthogonal to the unit vector `e`.
 Direction reject(const Direction &a, const Direction &e) { return sum(a, scaled(-dot(a, e), e)); }
 
-void set_frame(Mat3<Lanes> &frame, unsigned lane, const Direction &f, const Direction &s) {
+void set_frame(Mat3<VectorizedDouble> &frame, unsigned lane, const Direction &f, const Direction &s) {
   const Direction n = cross(f, s);
   for (unsigned i = 0; i < 3; ++i) {
     frame[i][0][lane] = f[i];
@@ -193,7 +193,7 @@ void Fibres::average_at_nodes(const LagrangeSpace &space) {
   for (unsigned slot = 0; slot < space.n_slots(); ++slot)
     for (unsigned q = 0; q < n_q_ && space.slot_used(slot); ++q) {
       const unsigned batch = slot / n_lanes, lane = slot % n_lanes;
-      const Mat3<Lanes> &frame = frames(batch)[q];
+      const Mat3<VectorizedDouble> &frame = frames(batch)[q];
       const Direction f{frame[0][0][lane], frame[1][0][lane], frame[2][0][lane]};
       for (unsigned a = 0; a < n; ++a) {
         const unsigned node = space.cell_nodes(slot)[a];

@@ -51,9 +51,9 @@ class Fibres {
   Fibres(const LagrangeSpace &space, const geometry::FibreParameters &parameters);
 
   /// [q] of a batch: columns f, s, n, orthonormal (in unused slots too).
-  const Mat3<Lanes> *frames(unsigned batch) const { return &frames_[std::size_t(batch) * n_q_]; }
+  const Mat3<VectorizedDouble> *frames(unsigned batch) const { return &frames_[std::size_t(batch) * n_q_]; }
   /// [q] of a batch: nu, the share of the fibres that lie along n, from 0 to 1/2.
-  const Lanes *dispersion(unsigned batch) const { return &dispersion_[std::size_t(batch) * n_q_]; }
+  const VectorizedDouble *dispersion(unsigned batch) const { return &dispersion_[std::size_t(batch) * n_q_]; }
   /// [owned node][3] unit vectors, for pictures: the principal direction of the mean of f (x) f around the node.
   const std::vector<double> &nodal_fibres() const { return nodal_fibres_; }
 
@@ -66,8 +66,8 @@ class Fibres {
   void average_at_nodes(const LagrangeSpace &space);
 
   unsigned n_q_;
-  std::vector<Mat3<Lanes>> frames_; ///< [batch][q]
-  std::vector<Lanes> dispersion_;   ///< [batch][q]
+  std::vector<Mat3<VectorizedDouble>> frames_; ///< [batch][q]
+  std::vector<VectorizedDouble> dispersion_;   ///< [batch][q]
   std::vector<double> nodal_fibres_;
 };
 

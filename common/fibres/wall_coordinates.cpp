@@ -12,12 +12,12 @@ namespace {
 /// int grad N_a . grad N_b + reaction N_a N_b
 void assemble(const LagrangeSpace &space, double reaction, BlockMatrix<double> &A) {
   const unsigned n = space.nodes_per_cell();
-  std::vector<Lanes> K(n * n);
+  std::vector<VectorizedDouble> K(n * n);
   A.clear();
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
-    std::fill(K.begin(), K.end(), Lanes{});
+    std::fill(K.begin(), K.end(), VectorizedDouble{});
     for (unsigned q = 0; q < space.n_q(); ++q) {
-      const Lanes *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
+      const VectorizedDouble *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
       const double *N = space.shapes() + q * n;
       for (unsigned a = 0; a < n; ++a)
         for (unsigned b = 0; b < n; ++b)
@@ -111,7 +111,7 @@ WallGradient::WallGradient(const LagrangeSpace &space, const Vector &function)
 
 Vec3<double> WallGradient::of_cell(unsigned slot, unsigned q) const {
   const unsigned n = space_.nodes_per_cell();
-  const Lanes *gradients = space_.gradients(slot / n_lanes) + q * n * 3;
+  const VectorizedDouble *gradients = space_.gradients(slot / n_lanes) + q * n * 3;
   Vec3<double> sum{};
   for (unsigned a = 0; a < n; ++a)
     for (unsigned i = 0; i < 3; ++i)

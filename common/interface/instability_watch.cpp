@@ -19,7 +19,7 @@ std::string advice(double alpha) { return "'alpha: " + rounded(alpha) + " kg/(m^
 
 std::string explanation(const Runaway &seen, double pressure) {
   const double alpha = seen.alpha, limit = seen.alpha_limit;
-  const std::string observed = "blood and wall disagree by " + rounded(seen.disagreement) +
+  const std::string observed = "blood and wall disagree by " + rounded(seen.kinematic_jump) +
                                " Pa, and more from step to step" + (seen.alternates ? ", with changing sign" : "") +
                                "; coupling.alpha is " + rounded(alpha) + " kg/(m^2 s)";
   const bool is_far_below = limit > 0 && alpha < limit / 2; // by more than any estimate is wrong

@@ -10,7 +10,9 @@ namespace heartbus::interface {
 /// pressure that the next step has to make up for. The pressure in a beating heart changes by 3e5 Pa/s; a valve that
 /// switches makes a jump of one step. A run that fails instead asks for more step after step: it is recognised when six
 /// steps in a row disagree by more than 1e6 Pa/s and the last three twice as much as those before, or all by 1e7 Pa/s;
-/// and at once, before the wall is torn, when a step disagrees by 1e7 Pa/s and by ten times the last Robin datum.
+/// and at once, before the wall is torn, when a step disagrees by 1e7 Pa/s and by ten times the last Robin datum. Of
+/// large steps a wall is crushed by fewer than six: there it counts when u - v has turned round in six steps in a row,
+/// grows by a third in three, disagrees by 1e5 Pa/s and changes the datum by a tenth.
 ///
 /// With alpha far beyond the wall's impedance (Dirichlet-Neumann) blood moves as the wall did one step earlier: alpha
 /// |u - v| is alpha dt times the wall's acceleration, large even when all is well and for as long as a load lasts. Then
@@ -22,14 +24,17 @@ class InstabilityWatch {
 
   /// One more step: its disagreement [Pa], the same relative to the datum, whether it is one of Dirichlet-Neumann, and
   /// the cosine of the angle between u - v and that of the step before. True: blood and wall run away from each other.
-  bool add(double disagreement, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
-    last_.push_back({disagreement, cosine});
+  bool add(double kinematic_jump, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
+    last_.push_back({kinematic_jump, cosine});
     if (last_.size() > n_steps)
       last_.pop_front();
     larger_than_datum_ = datum_residual > 1 ? larger_than_datum_ + 1 : 0;
-    if (disagreement > huge_ && datum_residual > 10)
+    if (kinematic_jump > huge_ && datum_residual > 10)
       return true;
-    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->disagreement;
+    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->kinematic_jump;
+    if (last_.size() == n_steps && lowest > 0.1 * large_ && datum_residual > 0.1 && count_turns() == n_steps &&
+        largest(3, 6) > 1.33 * largest(0, 3) && !dirichlet)
+      return true;
     if (last_.size() < n_steps || !(lowest > large_))
       return false;
     const bool grows = largest(3, 6) > 2 * largest(0, 3);
@@ -38,18 +43,18 @@ class InstabilityWatch {
 
   /// Whether u - v has turned round in most of the last steps, as it does where alpha is too large for a scheme without
   /// iterations: v is then more than opposed to what the blood was told.
-  bool alternates() const {
-    const auto turns = std::count_if(last_.begin(), last_.end(), [](const Step &step) { return step.cosine < -0.5; });
-    return 2 * std::size_t(turns) > last_.size();
-  }
+  bool alternates() const { return 2 * count_turns() > last_.size(); }
 
  private:
   struct Step {
-    double disagreement, cosine;
+    double kinematic_jump, cosine;
   };
-  static bool smaller(const Step &a, const Step &b) { return a.disagreement < b.disagreement; }
+  std::size_t count_turns() const {
+    return std::count_if(last_.begin(), last_.end(), [](const Step &step) { return step.cosine < -0.5; });
+  }
+  static bool smaller(const Step &a, const Step &b) { return a.kinematic_jump < b.kinematic_jump; }
   double largest(int first, int end) const {
-    return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->disagreement;
+    return std::max_element(last_.begin() + first, last_.begin() + end, smaller)->kinematic_jump;
   }
 
   static constexpr std::size_t n_steps = 6;
@@ -60,7 +65,7 @@ class InstabilityWatch {
 
 /// What is known when a coupling runs away.
 struct Runaway {
-  double disagreement = 0;           ///< [Pa]
+  double kinematic_jump = 0;         ///< [Pa]
   double alpha = 0, alpha_limit = 0; ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
   bool alternates = false;           ///< the disagreement changes its sign from step to step
   bool iterates = false;             ///< blood and wall are solved more than once a step

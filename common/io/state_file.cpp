@@ -1,5 +1,6 @@
 #include "common/io/state_file.h"
 
+#include "common/base/plausible.h"
 #include "common/io/hdf5_object.h"
 #include "common/mapping/conforming_map.h"
 
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <sstream>
 
 namespace heartbus::io {
 namespace {
@@ -64,12 +66,15 @@ class StateFile : public State {
 
   std::string in_file() const { return " in the state " + file_name_; }
 
-  void require_finite(const std::string &name, const std::vector<double> &values, unsigned columns) const {
-    const auto odd = std::find_if(values.begin(), values.end(), [](double x) { return !std::isfinite(x); });
-    if (odd != values.end())
-      throw Failure(ExitCode::not_finite, name + in_file() + " is " + std::to_string(*odd) + " at point " +
-                                              std::to_string((odd - values.begin()) / columns) +
-                                              ", where a finite number must be");
+  void require_plausible(const std::string &name, const std::vector<double> &values, unsigned columns) const {
+    const auto odd =
+        std::find_if(values.begin(), values.end(), [](double x) { return !(std::abs(x) <= largest_plausible); });
+    if (odd == values.end())
+      return;
+    std::ostringstream message;
+    message << name << in_file() << " is " << *odd << " at point " << (odd - values.begin()) / columns
+            << ", where a finite number of a plausible size must be";
+    throw Failure(ExitCode::not_finite, message.str());
   }
 
   /// A time that has not come may be infinite.
@@ -139,7 +144,7 @@ class Writer : public StateFile {
     const std::vector<double> all = gather(columns, values);
     on_root([&] {
       if (all_finite)
-        require_finite(set_ + "/" + name, all, columns);
+        require_plausible(set_ + "/" + name, all, columns);
       const hsize_t extent[2] = {hsize_t(total_), columns};
       const std::string path = set_ + "/" + name;
       const Hdf5Object space(H5Screate_simple(2, extent, nullptr), H5Sclose, "describe " + path);
@@ -166,7 +171,7 @@ class Reader : public StateFile {
     const std::vector<double> here = gather(3, coordinates.data());
     on_root([&] {
       const std::vector<double> saved = read("points", 3);
-      require_finite(name + "/points", saved, 3);
+      require_plausible(name + "/points", saved, 3);
       source_ =
           mapping::match_points({"the state's " + name, {saved}, spacing}, {"this mesh's " + name, {here}, spacing});
       if (saved.size() != here.size())
@@ -199,7 +204,7 @@ class Reader : public StateFile {
     on_root([&] {
       const std::vector<double> saved = read(name, components);
       if (all_finite)
-        require_finite(set_ + "/" + name, saved, components);
+        require_plausible(set_ + "/" + name, saved, components);
       for (const std::size_t row : source_)
         sorted.insert(sorted.end(), &saved[row * components], &saved[row * components] + components);
     });

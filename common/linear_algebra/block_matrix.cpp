@@ -24,7 +24,7 @@ void BlockMatrix<Number>::set_constraints(const Constraints &constrained) {
 
 /// Reduces rows and columns of constraints in the cell matrices of a batch to the diagonal.
 template <class Number>
-void BlockMatrix<Number>::constrain(unsigned batch, Lanes *K) const {
+void BlockMatrix<Number>::constrain(unsigned batch, VectorizedDouble *K) const {
   const unsigned n = space().nodes_per_cell(), c = components_;
   for (unsigned lane = 0; lane < n_lanes; ++lane) {
     const unsigned slot = batch * n_lanes + lane, *nodes = space().cell_nodes(slot);
@@ -42,7 +42,7 @@ void BlockMatrix<Number>::constrain(unsigned batch, Lanes *K) const {
 }
 
 template <class Number>
-void BlockMatrix<Number>::add_batch(unsigned batch, Lanes *K) {
+void BlockMatrix<Number>::add_batch(unsigned batch, VectorizedDouble *K) {
   const unsigned n = space().nodes_per_cell(), c = components_;
   constrain(batch, K);
   BatchBlocks<Number> blocks{n, c, values_.data(), 0, {}, {}};

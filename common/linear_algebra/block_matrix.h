@@ -51,7 +51,7 @@ class BlockMatrix {
   /// Adds the cell matrices of one batch: K[((a*n + b)*components + i)*components + j] couples row (a, i) to column
   /// (b, j), n = nodes_per_cell. Unused slots are skipped. Of K, rows and columns of constraints are first reduced to
   /// the diagonal.
-  void add_batch(unsigned batch, Lanes *K);
+  void add_batch(unsigned batch, VectorizedDouble *K);
   /// Adds one block [i][j] between nodes a and b (cell node indices) of a slot.
   void add_block(unsigned slot, unsigned a, unsigned b, const double *block);
   /// The same between two local nodes, the first of them owned; blocks outside the pattern are left out.
@@ -88,7 +88,7 @@ class BlockMatrix {
     return constrained_.empty() || row == column || !(constrained_[row] || constrained_[column]);
   }
   BlockRows<Number> rows() const;
-  void constrain(unsigned batch, Lanes *K) const;
+  void constrain(unsigned batch, VectorizedDouble *K) const;
   void add_to(int block, unsigned row_node, unsigned column_node, const double *values);
   const double *padded(const Vector &x) const;
 

@@ -1,6 +1,6 @@
 #include "common/linear_algebra/gram_schmidt_kernel.h"
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <algorithm>
 #include <cstring>
@@ -10,15 +10,15 @@ namespace {
 
 constexpr long piece = 1024; ///< of w, which stays in the innermost cache while the basis passes
 
-HEARTBUS_INLINE Lanes load(const double *from) {
-  Lanes x;
+HEARTBUS_INLINE VectorizedDouble load(const double *from) {
+  VectorizedDouble x;
   std::memcpy(&x, from, sizeof x);
   return x;
 }
 
 /// Four sums at once: a single one would wait for each addition to end.
 HEARTBUS_INLINE double dot(long n, const double *x, const double *y) {
-  Lanes sums[4] = {};
+  VectorizedDouble sums[4] = {};
   long i = 0;
   for (; i + 4 * long(n_lanes) <= n; i += 4 * n_lanes)
     for (unsigned k = 0; k < 4; ++k)
@@ -26,14 +26,14 @@ HEARTBUS_INLINE double dot(long n, const double *x, const double *y) {
   double rest = 0;
   for (; i < n; ++i)
     rest += x[i] * y[i];
-  const Lanes sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  const VectorizedDouble sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
   return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + rest;
 }
 
 HEARTBUS_INLINE void subtract(long n, double factor, const double *x, double *y) {
   long i = 0;
   for (; i + long(n_lanes) <= n; i += n_lanes) {
-    const Lanes difference = load(y + i) - factor * load(x + i);
+    const VectorizedDouble difference = load(y + i) - factor * load(x + i);
     std::memcpy(y + i, &difference, sizeof difference);
   }
   for (; i < n; ++i)

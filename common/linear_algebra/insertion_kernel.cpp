@@ -7,7 +7,7 @@ namespace {
 
 /// Blocks are read once and by all lanes in turn, while they are in the innermost cache.
 template <unsigned c, class Number>
-HEARTBUS_INLINE void insert(const BatchBlocks<Number> &target, const Lanes *K) {
+HEARTBUS_INLINE void insert(const BatchBlocks<Number> &target, const VectorizedDouble *K) {
   for (unsigned b = 0; b < target.n_nodes; ++b)
     for (unsigned k = 0; k < target.n_used; ++k) {
       Number *block = target.values + long(c * c) * target.position[k][b];
@@ -22,7 +22,7 @@ typedef float Float4 __attribute__((vector_size(16)));
 static_assert(n_lanes == 4, "columns are turned into lanes, four by four");
 
 /// Column j of a block of all lanes, turned: entry [lane] holds its four rows.
-HEARTBUS_INLINE void column_by_lane(const Lanes *block, unsigned j, Float4 column[4]) {
+HEARTBUS_INLINE void column_by_lane(const VectorizedDouble *block, unsigned j, Float4 column[4]) {
   typedef int Order __attribute__((vector_size(16)));
   Float4 row[4];
   for (unsigned i = 0; i < 4; ++i)
@@ -38,7 +38,7 @@ HEARTBUS_INLINE void column_by_lane(const Lanes *block, unsigned j, Float4 colum
 
 /// The same for 4 x 4 blocks of single precision, a column at once.
 template <>
-HEARTBUS_INLINE void insert<4, float>(const BatchBlocks<float> &target, const Lanes *K) {
+HEARTBUS_INLINE void insert<4, float>(const BatchBlocks<float> &target, const VectorizedDouble *K) {
   for (unsigned b = 0; b < target.n_nodes; ++b)
     for (unsigned j = 0; j < 4; ++j) {
       Float4 column[4];
@@ -54,7 +54,7 @@ HEARTBUS_INLINE void insert<4, float>(const BatchBlocks<float> &target, const La
 }
 
 template <class Number>
-HEARTBUS_INLINE void insert_all(const BatchBlocks<Number> &target, const Lanes *K) {
+HEARTBUS_INLINE void insert_all(const BatchBlocks<Number> &target, const VectorizedDouble *K) {
   switch (target.components) {
   case 1:
     return insert<1>(target, K);
@@ -67,8 +67,10 @@ HEARTBUS_INLINE void insert_all(const BatchBlocks<Number> &target, const Lanes *
 
 } // namespace
 
-HEARTBUS_SIMD void insert_blocks(const BatchBlocks<double> &target, const Lanes *K) { insert_all(target, K); }
+HEARTBUS_SIMD void insert_blocks(const BatchBlocks<double> &target, const VectorizedDouble *K) {
+  insert_all(target, K);
+}
 
-HEARTBUS_SIMD void insert_blocks(const BatchBlocks<float> &target, const Lanes *K) { insert_all(target, K); }
+HEARTBUS_SIMD void insert_blocks(const BatchBlocks<float> &target, const VectorizedDouble *K) { insert_all(target, K); }
 
 } // namespace heartbus::fem

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <array>
 
@@ -19,7 +19,7 @@ struct BatchBlocks {
 };
 
 /// Adds the blocks K[(b * c + i) * c + j] between one cell node and all cell nodes b.
-void insert_blocks(const BatchBlocks<double> &target, const Lanes *K);
-void insert_blocks(const BatchBlocks<float> &target, const Lanes *K);
+void insert_blocks(const BatchBlocks<double> &target, const VectorizedDouble *K);
+void insert_blocks(const BatchBlocks<float> &target, const VectorizedDouble *K);
 
 } // namespace heartbus::fem

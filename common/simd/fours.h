@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <cstring>
 

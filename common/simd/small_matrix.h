@@ -1,12 +1,12 @@
 #pragma once
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <array>
 
 namespace heartbus::fem {
 
-/// 3-vectors and 3x3 matrices of a number type that is `double` or `Lanes`, for pointwise models and kernels.
+/// 3-vectors and 3x3 matrices of a number type, `double` or `VectorizedDouble`, for pointwise models and kernels.
 template <class T>
 using Vec3 = std::array<T, 3>;
 

@@ -48,9 +48,9 @@ Nodes lifted_early(const Nodes &step) {
   return first + Nodes{prepare(motion->receiver)} + others;
 }
 
-Nodes with_limit_of_alpha(const Nodes &step, bool is_followed) {
+Nodes with_limit_of_alpha(const Nodes &step, bool is_followed, double dt) {
   const Place motion = find_transfer(step, "mesh_motion");
-  const auto actions = written_out(step);
+  const auto actions = flatten(step);
   const bool has_robin_condition = std::any_of(
       actions.begin(), actions.end(), [](const Action &action) { return is_transfer(action.node, "wall_velocity"); });
   if (motion == step.end() || !has_robin_condition)
@@ -59,7 +59,8 @@ Nodes with_limit_of_alpha(const Nodes &step, bool is_followed) {
                         optional(transfer("probe_velocity", "fluid", "mech")), order("mech", "probe")};
   const Nodes estimate{order("mech", "begin_probe"), order("fluid", "begin_probe"),
                        repeat(interface::n_probes, one_force), order("mech", "end_probe")};
-  const Node now_and_then = every(interface::steps_between_estimates(is_followed), "mech", "alpha_limit", estimate);
+  const int steps = interface::steps_between_estimates(is_followed, dt);
+  const Node now_and_then = every(steps, "mech", "alpha_limit", estimate);
   const Node limit = transfer("alpha_limit", "mech", "fluid");
   return after(step, *motion,
                is_followed ? Nodes{now_and_then, limit, order("fluid", "follow_limit")}
@@ -79,7 +80,7 @@ Nodes in_turns(const Nodes &step) {
 
 Sequence ordered_ahead(Sequence sequence, int steps) {
   sequence.ahead = steps;
-  sequence.leaders = leaders(sequence.step);
+  sequence.source_participants = source_participants(sequence.step);
   return sequence;
 }
 

@@ -17,7 +17,8 @@ Nodes lifted_early(const Nodes &step);
 
 /// With estimates of the limit of alpha, once the fluid's mesh has been moved: now and then the wall probes with one
 /// force after the other how it moves itself and how the blood yields (common/interface/nodal/alpha_limit.h).
-Nodes with_limit_of_alpha(const Nodes &step, bool is_followed);
+/// `dt`: size of a step [s].
+Nodes with_limit_of_alpha(const Nodes &step, bool is_followed, double dt);
 
 /// Two solvers at a time are slower on shared cores than one after the other. So electrophysiology, who waits for
 /// nobody, goes on when the fluid has been prepared, if that is done first, else when the step before is done.

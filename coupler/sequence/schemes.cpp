@@ -1,3 +1,4 @@
+#include "coupler/sequence/notation.h"
 #include "coupler/sequence/passes.h"
 #include "coupler/sequence/vocabulary.h"
 
@@ -158,6 +159,8 @@ Nodes step_of(const CouplingParameters &coupling) {
 } // namespace
 
 Sequence scheme(const CouplingParameters &coupling) {
+  if (coupling.is_written())
+    return parse(coupling.sequence);
   if (coupling.scheme == "E1FSinf")
     return {coupling.scheme, start("fsi", "fsi"), E1FSinf()};
   if (coupling.scheme == "one_way")
@@ -169,7 +172,7 @@ Sequence scheme(const CouplingParameters &coupling) {
 
 std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene) {
   const CouplingParameters &coupling = scene.coupling;
-  const bool follows = coupling.scheme == "one_way";
+  const bool follows = !coupling.has_robin_condition();
   interface::BloodSettings blood;
   blood.condition = follows ? interface::BloodSettings::Condition::motion : interface::BloodSettings::Condition::robin;
   blood.alpha = coupling.automatic_alpha ? 0 : coupling.alpha;
@@ -182,11 +185,11 @@ std::map<std::string, interface::Texts> interface_settings(const SceneParameters
   return {{"fluid", to_texts(blood)}, {"mech", to_texts(wall)}};
 }
 
-Sequence make_sequence(const CouplingParameters &coupling) {
+Sequence make_sequence(const CouplingParameters &coupling, double dt) {
   Sequence sequence = scheme(coupling);
   if (coupling.acceleration == "anderson")
     sequence.step = accelerated(sequence.step);
-  sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha);
+  sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha, dt);
   if (coupling.lookahead == 0)
     sequence.step = in_turns(sequence.step);
   return sequence;

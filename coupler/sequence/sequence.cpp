@@ -1,6 +1,6 @@
 #include "coupler/sequence/sequence.h"
 
-#include "common/units/units.h"
+#include "common/units/nearest.h"
 
 #include <algorithm>
 
@@ -44,12 +44,12 @@ bool applies(const Node &node, const std::vector<bus::ParticipantInfo> &particip
   return node.kind != Node::Kind::task || std::find(tasks.begin(), tasks.end(), node.task) != tasks.end();
 }
 
-Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
+Nodes drop_absent(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
   Nodes kept;
   for (Node node : nodes) {
-    const std::size_t n_actions = written_out(node.body).size();
-    node.body = cast(node.body, participants);
-    if (node.kind == Node::Kind::every && written_out(node.body).size() < n_actions)
+    const std::size_t n_actions = flatten(node.body).size();
+    node.body = drop_absent(node.body, participants);
+    if (node.kind == Node::Kind::every && flatten(node.body).size() < n_actions)
       continue;
     if (applies(node, participants))
       kept.push_back(node);
@@ -57,18 +57,78 @@ Nodes cast(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &particip
   return kept;
 }
 
-/// "blood_force from fluid to mech (mech does not take it)": what the scheme needs and nobody will send.
-std::set<std::string> missing_in(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants) {
-  std::set<std::string> missing;
-  for (const auto &[node, iteration] : written_out(nodes))
-    if (node.kind == Node::Kind::transfer && !node.optional && are_there(node, participants) &&
-        !is_known_to_both(node, participants)) {
-      const bool is_sent = knows(*find(participants, node.participant), node.field, true);
-      missing.insert(
-          "'" + node.field + "' from " + node.participant + " to " + node.receiver + " (" +
-          (is_sent ? node.receiver + " declares no such input" : node.participant + " declares no such output") + ")");
-    }
-  return missing;
+template <class Things>
+std::vector<std::string> names_of(const Things &things) {
+  std::vector<std::string> names;
+  for (const auto &thing : things)
+    names.push_back(thing.name);
+  return names;
+}
+
+bool is_in(const std::string &word, const std::vector<std::string> &words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string hint(const std::string &word, const std::vector<std::string> &known) {
+  const std::string near = config::nearest(word, known);
+  return near.empty() ? "" : "; did you mean '" + near + "'?";
+}
+
+/// All that it can be told to do.
+std::vector<std::string> tasks_of(const bus::ParticipantInfo &participant) {
+  std::vector<std::string> tasks{"solve", "prepare", "commit"};
+  tasks.insert(tasks.end(), participant.tasks.begin(), participant.tasks.end());
+  return tasks;
+}
+
+/// "declares no such output".
+std::string lack(const std::string &field, const bus::ParticipantInfo &participant, bool output) {
+  std::vector<std::string> others;
+  for (const auto &f : participant.fields)
+    if (f.output == output)
+      others.push_back(f.name);
+  return participant.name + " declares no such " + (output ? "output" : "input") + hint(field, others);
+}
+
+/// "'blood_force' from fluid to mech (mech declares no such input)": what a line needs and somebody does not have, or
+/// nothing. A scheme of our own has tasks for all who may take part.
+std::string missing_of(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
+  if (!are_there(node, participants))
+    return "";
+  const bus::ParticipantInfo &who = *find(participants, node.participant);
+  const bool is_written = !node.where.empty();
+  if (node.kind == Node::Kind::transfer && !node.optional && !is_known_to_both(node, participants)) {
+    const bool is_sent = knows(who, node.field, true);
+    return "'" + node.field + "' from " + node.participant + " to " + node.receiver + " (" +
+           (is_sent ? lack(node.field, *find(participants, node.receiver), false) : lack(node.field, who, true)) + ")";
+  }
+  if (node.kind == Node::Kind::task && is_written && !is_in(node.task, who.tasks))
+    return "'" + node.task + "' of " + who.name + " (no such task" + hint(node.task, tasks_of(who)) + ")";
+  if (node.kind == Node::Kind::until && is_written && !is_in(node.field, names_of(who.scalars)))
+    return "'" + node.field + "' of " + who.name + " (no such scalar" + hint(node.field, names_of(who.scalars)) + ")";
+  return "";
+}
+
+void collect_missing(const Nodes &nodes, const std::vector<bus::ParticipantInfo> &participants,
+                     std::vector<std::string> &missing) {
+  for (const Node &node : nodes) {
+    const std::string what = missing_of(node, participants);
+    const std::string text = node.where.empty() ? what : node.where + ": " + what;
+    if (!what.empty() && !is_in(text, missing))
+      missing.push_back(text);
+    collect_missing(node.body, participants, missing);
+  }
+}
+
+/// Without what they are in.
+Nodes with_bodies(const Nodes &nodes) {
+  Nodes all;
+  for (const Node &node : nodes) {
+    all.push_back(node);
+    const Nodes inner = with_bodies(node.body);
+    all.insert(all.end(), inner.begin(), inner.end());
+  }
+  return all;
 }
 
 void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions) {
@@ -87,85 +147,47 @@ void write_out(const Nodes &nodes, int &iteration, std::vector<Action> &actions)
       actions.push_back({node, iteration});
 }
 
-/// Of a node with a body what precedes that.
-std::string head_of(const Node &node) {
-  switch (node.kind) {
-  case Node::Kind::prepare:
-    return "prepare " + node.participant;
-  case Node::Kind::solve:
-    return "solve " + node.participant;
-  case Node::Kind::commit:
-    return "commit " + node.participant;
-  case Node::Kind::task:
-    return node.task + " " + node.participant;
-  case Node::Kind::transfer:
-    return node.field + " " + node.participant + "->" + node.receiver;
-  case Node::Kind::repeat:
-    return std::to_string(node.times) + " times";
-  case Node::Kind::until:
-    return "until " + node.field + " of " + node.participant + " < " + config::shortest(node.limit) + ", at most " +
-           std::to_string(node.times) + " times";
-  case Node::Kind::every:
-    return "every " + std::to_string(node.times) + " steps";
-  case Node::Kind::turn:
-    return "then " + node.receiver + (node.times > 0 ? " goes on with the next step" : " goes on");
-  }
-  return "";
-}
-
-std::string to_text(const Nodes &nodes) {
-  std::string text;
-  for (const Node &node : nodes)
-    text += (text.empty() ? "" : "; ") + head_of(node) + (node.body.empty() ? "" : " (" + to_text(node.body) + ")");
-  return text;
-}
-
 } // namespace
 
-Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
-  std::set<std::string> missing = missing_in(sequence.start, participants);
-  missing.merge(missing_in(sequence.step, participants));
-  std::string list;
-  for (const std::string &field : missing)
-    list += (list.empty() ? "" : ", ") + field;
+Sequence drop_absent(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants) {
+  std::vector<std::string> missing;
+  for (const Nodes *nodes : {&sequence.constants, &sequence.start, &sequence.step})
+    collect_missing(*nodes, participants, missing);
   if (!missing.empty())
-    throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + list);
+    throw Failure(ExitCode::handshake, "the scheme " + sequence.name + " needs " + config::joined(missing));
   Sequence kept = sequence;
   for (Nodes *nodes : {&kept.start, &kept.step, &kept.constants})
-    *nodes = cast(*nodes, participants);
+    *nodes = drop_absent(*nodes, participants);
   return kept;
 }
 
-std::vector<Action> written_out(const Nodes &nodes, int first_iteration) {
+void check_names(const Sequence &sequence, const std::vector<std::string> &participants) {
+  for (const Nodes *nodes : {&sequence.constants, &sequence.start, &sequence.step})
+    for (const Node &node : with_bodies(*nodes))
+      for (const std::string &name : {node.participant, node.receiver})
+        if (!node.where.empty() && !name.empty() && !is_in(name, participants))
+          throw Failure(ExitCode::scene, node.where + ": the scene has no participant '" + name + "'" +
+                                             config::did_you_mean(name, participants) + " It has " +
+                                             config::joined(participants));
+}
+
+std::vector<Action> flatten(const Nodes &nodes, int first_iteration) {
   std::vector<Action> actions;
   write_out(nodes, first_iteration, actions);
   return actions;
 }
 
-std::set<std::string> leaders(const Nodes &step) {
+std::set<std::string> source_participants(const Nodes &step) {
   std::set<std::string> leading;
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.insert(node.participant);
-  for (const auto &[node, iteration] : written_out(step))
+  for (const auto &[node, iteration] : flatten(step))
     leading.erase(node.receiver);
   for (const Node &node : step)
     if (node.kind == Node::Kind::until || node.kind == Node::Kind::every)
-      for (const auto &[inner, iteration] : written_out(node.body))
+      for (const auto &[inner, iteration] : flatten(node.body))
         leading.erase(inner.participant);
   return leading;
-}
-
-std::string to_lines(const Nodes &nodes, const std::string &indent) {
-  std::string text;
-  for (const Node &node : nodes)
-    text += "\n" + indent + head_of(node) + to_lines(node.body, indent + "  ");
-  return text;
-}
-
-std::string to_text(const Sequence &sequence) {
-  const std::string constants = sequence.constants.empty() ? "" : "\n  once:  " + to_text(sequence.constants);
-  const std::string start = sequence.start.empty() ? "" : "\n  start: " + to_text(sequence.start);
-  return sequence.name + constants + start + "\n  step:  " + to_text(sequence.step);
 }
 
 } // namespace heartbus::coupler

@@ -30,6 +30,7 @@ struct Node {
   bool required = false;  ///< of Kind::until: the run fails when the limit is not reached
   bool optional = false;  ///< of Kind::transfer: left out when the one does not offer it or the other does not want it;
                           ///< without others a scheme makes no sense
+  std::string where{};    ///< "file:line" of a line that the scene has
 };
 using Nodes = std::vector<Node>;
 
@@ -37,38 +38,37 @@ using Nodes = std::vector<Node>;
 struct Sequence {
   std::string name;
   Nodes start, step;
-  Nodes constants{};               ///< what never changes: sent before the start block, or before the states are loaded
-  std::set<std::string> leaders{}; ///< who may run ahead of the others,
-  int ahead = 0;                   ///< by so many steps
+  Nodes constants{}; ///< what never changes: sent before the start block, or before the states are loaded
+  std::set<std::string> source_participants{}; ///< who may run ahead of the others,
+  int ahead = 0;                               ///< by so many steps
 };
 
 /// The scheme that the scene asks for, line by line as it is defined.
 Sequence scheme(const CouplingParameters &coupling);
 
 /// The same as it is done in a run: after the passes of passes.h.
-Sequence make_sequence(const CouplingParameters &coupling);
+Sequence make_sequence(const CouplingParameters &coupling, double dt);
 
 /// What blood and wall are told of the interface, by participant.
 std::map<std::string, interface::Texts> interface_settings(const SceneParameters &scene);
 
+/// Failure(scene) when a line of the scene names somebody who is not among these participants.
+void check_names(const Sequence &sequence, const std::vector<std::string> &participants);
+
 /// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers
 /// that one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers
-/// that one of the two does not know.
-Sequence cast(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
+/// that one of the two does not know, and of lines that the scene has also the tasks and scalars.
+Sequence drop_absent(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 
 /// A node of the sequence with repetitions written out, those without a fixed number once.
 struct Action {
   Node node;
   int iteration = 0; ///< of the innermost repetition; keeps its last value after it, but for Kind::every
 };
-std::vector<Action> written_out(const Nodes &nodes, int first_iteration = 0);
+std::vector<Action> flatten(const Nodes &nodes, int first_iteration = 0);
 
 /// Those of a step who receive nothing and on whom no decision depends: they may run ahead of the others.
-std::set<std::string> leaders(const Nodes &step);
-
-/// As printed at the start of a run: the lines of a scheme, each after a line break, and the whole of what is done.
-std::string to_lines(const Nodes &step, const std::string &indent = "  ");
-std::string to_text(const Sequence &sequence);
+std::set<std::string> source_participants(const Nodes &step);
 
 /// Throws Failure(handshake) unless: everyone solves and commits once, nobody acts after its commit, each
 /// input that somebody offers is received before the first solve or task that reads it, and each field sent has been

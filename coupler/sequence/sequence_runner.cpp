@@ -31,17 +31,17 @@ double reported(const std::string &scalar, const bus::ParticipantInfo &participa
 std::vector<std::pair<std::string, bus::Command>> commands(const Nodes &nodes, const Routes &routes, bus::Step step) {
   using Kind = bus::Command::Kind;
   std::vector<std::pair<std::string, bus::Command>> stream, reports, turns;
-  for (const auto &[node, iteration] : written_out(nodes, step.iteration)) {
+  for (const auto &[node, iteration] : flatten(nodes, step.iteration)) {
     step.iteration = iteration;
     if (node.kind == Node::Kind::transfer) {
       const int route = routes.at({node.participant, node.receiver, node.field});
       stream.push_back({node.participant, {Kind::send, "", route, step}});
       stream.push_back({node.receiver, {Kind::receive, "", route, step}});
     } else if (node.kind == Node::Kind::turn) {
-      stream.push_back({node.participant, {Kind::pass_turn, node.receiver, -1, step}});
+      stream.push_back({node.participant, {Kind::notify, node.receiver, -1, step}});
       bus::Step taken = step;
       taken.number += node.times;
-      (node.times > 0 ? turns : stream).push_back({node.receiver, {Kind::take_turn, node.participant, -1, taken}});
+      (node.times > 0 ? turns : stream).push_back({node.receiver, {Kind::wait, node.participant, -1, taken}});
     } else
       stream.push_back({node.participant, {kind_of(node), node.task, -1, step}});
     if (node.kind == Node::Kind::commit)
@@ -61,7 +61,7 @@ SequenceRunner::SequenceRunner(bus::Coordinator &coordinator, const Sequence &se
 }
 
 void SequenceRunner::connect(const Nodes &nodes) {
-  for (const auto &[node, iteration] : written_out(nodes))
+  for (const auto &[node, iteration] : flatten(nodes))
     if (node.kind == Node::Kind::transfer)
       if (const auto [at, is_new] = routes_.insert({{node.participant, node.receiver, node.field}, -1}); is_new)
         at->second = coordinator_.connect(node.participant, node.receiver, node.field);
@@ -96,7 +96,7 @@ void SequenceRunner::lead(const TimeControl &time, int number) {
   const int last = std::min(number + sequence_.ahead, time.next_refresh(number));
   for (int n = std::max(number, last_led_ + 1); n <= last; ++n)
     for (const auto &[participant, command] : commands(sequence_.step, routes_, time.step(n)))
-      if (sequence_.leaders.count(participant))
+      if (sequence_.source_participants.count(participant))
         coordinator_.order(participant, command);
   last_led_ = last;
 }
@@ -130,7 +130,7 @@ void SequenceRunner::order_while(const std::function<bool(const Node &)> &condit
   }
   step.iteration = place_.iteration;
   order(due, step);
-  if (const auto actions = written_out(due, place_.iteration); !actions.empty())
+  if (const auto actions = flatten(due, place_.iteration); !actions.empty())
     place_.iteration = actions.back().iteration;
 }
 
@@ -145,7 +145,7 @@ void SequenceRunner::order(const Nodes &nodes, const bus::Step &step) {
   for (const auto &[participant, command] : commands(nodes, routes_, step))
     if (command.step.number > step.number)
       turns_.push_back({participant, command});
-    else if (!sequence_.leaders.count(participant))
+    else if (!sequence_.source_participants.count(participant))
       coordinator_.order(participant, command);
 }
 
@@ -162,12 +162,13 @@ void SequenceRunner::repeat_until(const Node &node, bus::Step step) {
       return;
   }
   if (node.required)
-    throw Failure(ExitCode::not_converged,
-                  "step " + std::to_string(step.number) + ": blood and wall do not agree after " +
-                      std::to_string(node.times) + " iterations: '" + node.field + "' is " + config::shortest(value) +
-                      " where " + config::shortest(node.limit) +
-                      " is wanted; allow more 'coupling.iterations', or help them by 'coupling.acceleration: anderson' "
-                      "or 'coupling.alpha: auto'");
+    throw Failure(ExitCode::not_converged, "step " + std::to_string(step.number) +
+                                               ": blood and wall do not agree after " + std::to_string(node.times) +
+                                               " iterations: '" + node.field + "' is " + config::shortest(value) +
+                                               " where " + config::shortest(node.limit) + " is wanted; allow more " +
+                                               (node.where.empty() ? "'coupling.iterations'" : "at " + node.where) +
+                                               ", or help them by 'coupling.acceleration: anderson' "
+                                               "or 'coupling.alpha: auto'");
 }
 
 SequenceRunner::Reports SequenceRunner::states(bus::Command::Kind kind, const std::string &folder,

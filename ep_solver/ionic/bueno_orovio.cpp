@@ -9,8 +9,8 @@ namespace heartbus::ep {
 namespace {
 
 using namespace bueno_orovio;
-using fem::Lanes;
 using fem::n_lanes;
+using fem::VectorizedDouble;
 
 constexpr double amplitude = 85.7e-3, rest = -84e-3; // V = amplitude u + rest [V]
 constexpr double per_ms = 1e3;                       // 1/s
@@ -20,15 +20,15 @@ using Row = std::array<double, 1 + n_states>;
 
 /// All nodes, by either step.
 template <class Step>
-HEARTBUS_INLINE void step_all(std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
-                              double *i_ion, double *error, const Step &step) {
+HEARTBUS_INLINE void step_all(std::size_t n_nodes, const double *v, const VectorizedDouble *states_n,
+                              VectorizedDouble *states_np1, double *i_ion, double *error, const Step &step) {
   for (std::size_t first = 0; first < n_nodes; first += n_lanes, states_n += n_kept, states_np1 += n_kept) {
-    Lanes u;
-    States<Lanes> y_n, y_np1;
+    VectorizedDouble u;
+    States<VectorizedDouble> y_n, y_np1;
     for (unsigned lane = 0; lane < n_lanes; ++lane)
       u[lane] = (v[std::min(first + lane, n_nodes - 1)] - rest) * (1 / amplitude);
     std::copy_n(states_n, n_kept, y_n.begin());
-    const Outcome<Lanes> outcome = step(u, y_n, y_np1);
+    const Outcome<VectorizedDouble> outcome = step(u, y_n, y_np1);
     std::copy_n(y_np1.begin(), n_kept, states_np1);
     for (std::size_t node = first; node < std::min(first + n_lanes, n_nodes); ++node) {
       i_ion[node] = amplitude * per_ms * outcome.current[node % n_lanes];
@@ -37,22 +37,21 @@ HEARTBUS_INLINE void step_all(std::size_t n_nodes, const double *v, const Lanes 
   }
 }
 
-HEARTBUS_SIMD void euler(const CellType &cell, std::size_t n_nodes, const double *v, const Lanes *states_n,
-                         Lanes *states_np1, double dt, double *i_ion, double *error) {
+HEARTBUS_SIMD void euler(const CellType &cell, std::size_t n_nodes, const double *v, const VectorizedDouble *states_n,
+                         VectorizedDouble *states_np1, double dt, double *i_ion, double *error) {
   step_all(
-      n_nodes, v, states_n, states_np1, i_ion,
-      error, [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1) __attribute__((always_inline)) {
-        return step_euler(cell, u, y_n, y_np1, per_ms * dt);
-      });
+      n_nodes, v, states_n, states_np1, i_ion, error,
+      [&](const VectorizedDouble &u, const States<VectorizedDouble> &y_n, States<VectorizedDouble> &y_np1)
+          __attribute__((always_inline)) { return step_euler(cell, u, y_n, y_np1, per_ms * dt); });
 }
 
-HEARTBUS_SIMD void midpoint(const CellType &cell, std::size_t n_nodes, const double *v, const Lanes *states_n,
-                            Lanes *states_np1, double dt, double *i_ion, double *error) {
+HEARTBUS_SIMD void midpoint(const CellType &cell, std::size_t n_nodes, const double *v,
+                            const VectorizedDouble *states_n, VectorizedDouble *states_np1, double dt, double *i_ion,
+                            double *error) {
   step_all(
-      n_nodes, v, states_n, states_np1, i_ion,
-      error, [&](const Lanes &u, const States<Lanes> &y_n, States<Lanes> &y_np1) __attribute__((always_inline)) {
-        return step_midpoint(cell, u, y_n, y_np1, per_ms * dt);
-      });
+      n_nodes, v, states_n, states_np1, i_ion, error,
+      [&](const VectorizedDouble &u, const States<VectorizedDouble> &y_n, States<VectorizedDouble> &y_np1)
+          __attribute__((always_inline)) { return step_midpoint(cell, u, y_n, y_np1, per_ms * dt); });
 }
 
 class BuenoOrovio : public IonicModel {
@@ -73,8 +72,8 @@ class BuenoOrovio : public IonicModel {
     return cell;
   }
 
-  void step(Integrator integrator, std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
-            double dt, double *i_ion, double *error) const override {
+  void step(Integrator integrator, std::size_t n_nodes, const double *v, const VectorizedDouble *states_n,
+            VectorizedDouble *states_np1, double dt, double *i_ion, double *error) const override {
     (integrator == Integrator::imex_euler ? euler : midpoint)(cell_, n_nodes, v, states_n, states_np1, dt, i_ion,
                                                               error);
   }

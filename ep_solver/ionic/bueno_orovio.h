@@ -5,7 +5,7 @@
 #include <array>
 
 /// The minimal model of human ventricular cells by Bueno-Orovio, Cherry and Fenton, J. Theor. Biol. 253 (2008) 544,
-/// doi:10.1016/j.jtbi.2008.03.029: section 2 and table 1; written once for T = double and T = Lanes.
+/// doi:10.1016/j.jtbi.2008.03.029: section 2 and table 1; written once for T = double and T = VectorizedDouble.
 ///
 /// Units of this file: ms; the potential u is a number, V = 85.7 u - 84 mV. With H the Heaviside function and
 /// S_k,c(u) = (1 + tanh(k (u - c))) / 2,

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "common/simd/lanes_math.h"
+#include "common/simd/vectorized_math.h"
 
-/// What the equations of several ionic models are written with, for T = double and T = Lanes.
+/// What the equations of several ionic models are written with, for T = double and T = VectorizedDouble.
 namespace heartbus::ep {
 
 template <class T>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <cstddef>
 #include <memory>
@@ -50,8 +50,8 @@ class IonicModel {
   /// One step of `n_nodes` cells from states_n to states_np1 (the same array is allowed). `v` is the potential that the
   /// integrator asks for: at the start of the step or in its middle. `error` becomes the largest difference of a cell's
   /// states from their extrapolation, of a scale that the model chooses: an estimate of what a step so long misses.
-  virtual void step(Integrator integrator, std::size_t n_nodes, const double *v, const fem::Lanes *states_n,
-                    fem::Lanes *states_np1, double dt, double *i_ion, double *error) const = 0;
+  virtual void step(Integrator integrator, std::size_t n_nodes, const double *v, const fem::VectorizedDouble *states_n,
+                    fem::VectorizedDouble *states_np1, double dt, double *i_ion, double *error) const = 0;
   /// One step of a single cell, in place, in plain doubles; `i_app` is the applied current [V/s], which has to be
   /// carried by some ion if a paced cell shall reach a limit cycle. Returns I_ion.
   virtual double step_cell(Integrator integrator, double v, std::vector<double> &states, double dt,
@@ -64,14 +64,14 @@ class IonicModel {
   virtual double front_speed() const = 0;
 
   /// All nodes in the same state.
-  std::vector<fem::Lanes> uniform_states(std::size_t n_nodes, const std::vector<double> &states) const;
+  std::vector<fem::VectorizedDouble> uniform_states(std::size_t n_nodes, const std::vector<double> &states) const;
   /// calcium [uM] of every node.
-  void get_calcium(std::size_t n_nodes, const std::vector<fem::Lanes> &states, double *calcium) const;
+  void get_calcium(std::size_t n_nodes, const std::vector<fem::VectorizedDouble> &states, double *calcium) const;
   /// From the cells of all nodes those of `nodes`, in blocks of their own, and back.
-  void gather(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &all,
-              std::vector<fem::Lanes> &some) const;
-  void scatter(const std::vector<unsigned> &nodes, const std::vector<fem::Lanes> &some,
-               std::vector<fem::Lanes> &all) const;
+  void gather(const std::vector<unsigned> &nodes, const std::vector<fem::VectorizedDouble> &all,
+              std::vector<fem::VectorizedDouble> &some) const;
+  void scatter(const std::vector<unsigned> &nodes, const std::vector<fem::VectorizedDouble> &some,
+               std::vector<fem::VectorizedDouble> &all) const;
 
  protected:
   static std::size_t n_blocks(std::size_t n_nodes) { return (n_nodes + fem::n_lanes - 1) / fem::n_lanes; }

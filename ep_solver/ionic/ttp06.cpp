@@ -9,8 +9,8 @@ namespace heartbus::ep {
 namespace {
 
 using namespace ttp06;
-using fem::Lanes;
 using fem::n_lanes;
+using fem::VectorizedDouble;
 
 /// v [mV], then the states in the order of ttp06::State.
 using Row = std::array<double, 1 + n_states>;
@@ -43,19 +43,20 @@ constexpr unsigned chunk = 8;     ///< blocks whose states stay in the innermost
 constexpr double scale_Ca_ss = 1; ///< [mM], half of what a beat reaches
 
 struct Chunk {
-  std::array<Lanes, chunk> v_mV;
-  std::array<States<Lanes>, chunk> y_n, y_middle, y_np1;
-  std::array<Outcome<Lanes>, chunk> outcomes;
+  std::array<VectorizedDouble, chunk> v_mV;
+  std::array<States<VectorizedDouble>, chunk> y_n, y_middle, y_np1;
+  std::array<Outcome<VectorizedDouble>, chunk> outcomes;
 };
 
-HEARTBUS_INLINE void fill(Chunk &c, unsigned n_nodes, unsigned n_blocks, const double *v, const Lanes *states_n) {
+HEARTBUS_INLINE void fill(Chunk &c, unsigned n_nodes, unsigned n_blocks, const double *v,
+                          const VectorizedDouble *states_n) {
   for (unsigned node = 0; node < n_blocks * n_lanes; ++node)
     c.v_mV[node / n_lanes][node % n_lanes] = 1e3 * v[std::min(node, n_nodes - 1)];
   std::copy_n(states_n, n_blocks * n_kept, c.y_n.front().begin());
 }
 
-HEARTBUS_INLINE void empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, Lanes *states_np1, double *i_ion,
-                           double *error) {
+HEARTBUS_INLINE void empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, VectorizedDouble *states_np1,
+                           double *i_ion, double *error) {
   std::copy_n(c.y_np1.front().begin(), n_blocks * n_kept, states_np1);
   for (unsigned node = 0; node < n_nodes; ++node) {
     i_ion[node] = c.outcomes[node / n_lanes].I_ion[node % n_lanes];
@@ -65,8 +66,9 @@ HEARTBUS_INLINE void empty(const Chunk &c, unsigned n_nodes, unsigned n_blocks, 
 
 /// The two parts of a step in loops of their own: in one, the code is more than a processor keeps of decoded
 /// instructions.
-HEARTBUS_SIMD void euler_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
-                               Lanes *states_np1, double dt, double *i_ion, double *error) {
+HEARTBUS_SIMD void euler_chunk(const CellType &cell, unsigned n_nodes, const double *v,
+                               const VectorizedDouble *states_n, VectorizedDouble *states_np1, double dt, double *i_ion,
+                               double *error) {
   Chunk c;
   const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
   fill(c, n_nodes, n_blocks, v, states_n);
@@ -77,8 +79,9 @@ HEARTBUS_SIMD void euler_chunk(const CellType &cell, unsigned n_nodes, const dou
   empty(c, n_nodes, n_blocks, states_np1, i_ion, error);
 }
 
-HEARTBUS_SIMD void midpoint_chunk(const CellType &cell, unsigned n_nodes, const double *v, const Lanes *states_n,
-                                  Lanes *states_np1, double dt, double *i_ion, double *error) {
+HEARTBUS_SIMD void midpoint_chunk(const CellType &cell, unsigned n_nodes, const double *v,
+                                  const VectorizedDouble *states_n, VectorizedDouble *states_np1, double dt,
+                                  double *i_ion, double *error) {
   Chunk c;
   const unsigned n_blocks = (n_nodes + n_lanes - 1) / n_lanes;
   fill(c, n_nodes, n_blocks, v, states_n);
@@ -108,8 +111,8 @@ class TTP06 : public IonicModel {
     return cell;
   }
 
-  void step(Integrator integrator, std::size_t n_nodes, const double *v, const Lanes *states_n, Lanes *states_np1,
-            double dt, double *i_ion, double *error) const override {
+  void step(Integrator integrator, std::size_t n_nodes, const double *v, const VectorizedDouble *states_n,
+            VectorizedDouble *states_np1, double dt, double *i_ion, double *error) const override {
     const auto step_chunk = integrator == Integrator::imex_euler ? euler_chunk : midpoint_chunk;
     for (std::size_t first = 0; first < n_nodes; first += chunk * n_lanes) {
       const std::size_t states = first / n_lanes * n_kept();

@@ -5,7 +5,7 @@
 #include <array>
 
 /// The model of human ventricular cells by ten Tusscher and Panfilov (2006), doi 10.1152/ajpheart.00109.2006, with the
-/// constants of its CellML versions; written once for T = double and T = Lanes.
+/// constants of its CellML versions; written once for T = double and T = VectorizedDouble.
 ///
 /// Units of this file: mV, ms, mM, currents in pA/pF. Twelve gates w, dw/dt = (w_inf - w) / tau, and six concentrations
 /// z, among them R_bar, the fraction of ryanodine receptors that are not inactivated. fCass, a gate, follows Ca_ss, not

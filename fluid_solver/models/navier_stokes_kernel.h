@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 namespace heartbus::fluid {
 
@@ -18,28 +18,29 @@ namespace heartbus::fluid {
 struct NavierStokesCells {
   // discretisation, reference configuration (see fem::LagrangeSpace)
   unsigned nodes_per_cell = 0, n_q = 0;
-  const double *shapes = nullptr;        ///< [q][a]
-  const fem::Lanes *gradients = nullptr; ///< [q][a][3]
-  const fem::Lanes *JxW = nullptr;       ///< [q]
+  const double *shapes = nullptr;                   ///< [q][a]
+  const fem::VectorizedDouble *gradients = nullptr; ///< [q][a][3]
+  const fem::VectorizedDouble *JxW = nullptr;       ///< [q]
   const double *unit_nodes =
       nullptr; ///< [a][3] nodes of the unit cell: [-1,1]^3, or the regular tetrahedron of edges 2
   // physics
   double rho = 0, mu = 0, dt = 0, pressure_scale = 1;
   double inertia = 1; ///< factor of rho (u - u^n)/dt
   // fields at the nodes of the cells
-  const fem::Lanes *motion = nullptr;       ///< [a][3] d^{n+1}
-  const fem::Lanes *convection = nullptr;   ///< [a][3] u*
-  const fem::Lanes *old_velocity = nullptr; ///< [a][3] u^n
-  const fem::Lanes *state = nullptr;        ///< [a][4] where the residual is taken
-  const fem::Lanes *force = nullptr;        ///< [q][3] body force per current volume, or null
+  const fem::VectorizedDouble *ale_displacement = nullptr; ///< [a][3] d^{n+1}
+  const fem::VectorizedDouble *convection = nullptr;       ///< [a][3] u*
+  const fem::VectorizedDouble *old_velocity = nullptr;     ///< [a][3] u^n
+  const fem::VectorizedDouble *state = nullptr;            ///< [a][4] where the residual is taken
+  const fem::VectorizedDouble *force = nullptr;            ///< [q][3] body force per current volume, or null
 };
 
 /// K: the matrix, [((a*n + b)*4 + i)*4 + j]; r: the residual a at `state`, [a][4]; smallest_J: of each cell. The
 /// pressure entries are scaled as described above.
-void integrate_navier_stokes(const NavierStokesCells &cells, fem::Lanes *K, fem::Lanes *r, fem::Lanes &smallest_J);
+void integrate_navier_stokes(const NavierStokesCells &cells, fem::VectorizedDouble *K, fem::VectorizedDouble *r,
+                             fem::VectorizedDouble &smallest_J);
 
 /// Volume of the moved cells and integral over them of the (unscaled) pressure in `state`.
-void integrate_pressure(const NavierStokesCells &cells, fem::Lanes &volume, fem::Lanes &pressure);
+void integrate_pressure(const NavierStokesCells &cells, fem::VectorizedDouble &volume, fem::VectorizedDouble &pressure);
 
 /// Largest number of nodes and quadrature points of a cell that the kernel can take.
 inline constexpr unsigned max_nodes = 8, max_q = 8;

@@ -7,7 +7,7 @@
 namespace heartbus::fluid {
 
 HEARTBUS_INLINE double square_root(double x) { return std::sqrt(x); }
-HEARTBUS_INLINE fem::Lanes square_root(const fem::Lanes &x) {
+HEARTBUS_INLINE fem::VectorizedDouble square_root(const fem::VectorizedDouble &x) {
   return fem::by_lane(x, [](double y) { return __builtin_sqrt(y); });
 }
 

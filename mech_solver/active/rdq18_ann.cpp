@@ -18,7 +18,7 @@
 
 #include "mech_solver/active/rdq18_ann.h"
 
-#include "common/simd/lanes_math.h"
+#include "common/simd/vectorized_math.h"
 
 #include <algorithm>
 #include <cstring>
@@ -70,7 +70,7 @@ using Neurons = double[2 * fem::n_lanes];
 
 HEARTBUS_INLINE void activate(Neurons &y) {
   for (double *four = y; four < std::end(y); four += fem::n_lanes) {
-    fem::Lanes value;
+    fem::VectorizedDouble value;
     std::memcpy(&value, four, sizeof(value));
     value = fem::tanh(value);
     std::memcpy(four, &value, sizeof(value));

@@ -1,18 +1,18 @@
 #pragma once
 
 #include "common/config/section.h"
-#include "common/simd/lanes_math.h"
 #include "common/simd/small_matrix.h"
+#include "common/simd/vectorized_math.h"
 
 #include <array>
 
 namespace heartbus::mech {
 
 using fem::exp;
-using fem::Lanes;
 using fem::log;
 using fem::Mat3;
 using fem::sqrt;
+using fem::VectorizedDouble;
 
 /// A constitutive law is a small struct: its parameters with their keys in the scene,
 ///
@@ -20,7 +20,7 @@ using fem::sqrt;
 ///     static constexpr const char *meaning        what it is, in a few words
 ///     void describe(config::Section &)            keys, units and ranges of the parameters
 ///
-/// and pure functions of the deformation, for T = double or fem::Lanes:
+/// and pure functions of the deformation, for T = double or fem::VectorizedDouble:
 ///
 ///     T energy(F)                                 W, from which the unit tests derive everything else [Pa]
 ///     T exponent(C, J)                            the largest argument of its exponentials, 0 when there is none

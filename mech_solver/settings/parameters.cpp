@@ -4,6 +4,8 @@
 #include "common/units/nearest.h"
 #include "mech_solver/active/force_models.h"
 
+#include <algorithm>
+
 namespace heartbus::mech {
 
 namespace {
@@ -86,6 +88,14 @@ void SolverParameters::describe(config::Section &s) {
 }
 
 void Parameters::describe(config::Section &s) {
+  s.choice("model", model, {"elastic", "prescribed"}, "prescribed: no mechanics, the cavity follows 'cavity_volume'");
+  cavity_volume.describe(s.section("cavity_volume", "of model prescribed"), "m^3", config::between(0, 1e-2),
+                         "volume of the cavity");
+  const auto &[times, volumes] = cavity_volume;
+  if (model == "prescribed" && *std::min_element(volumes.begin(), volumes.end()) <= 0)
+    s.fail("cavity_volume", "needs volumes above 0 in time, e.g. {table: volumes.csv}");
+  if (std::adjacent_find(times.begin(), times.end()) != times.end())
+    s.fail("cavity_volume", "has the same time twice: a volume cannot jump");
   MaterialParameters::describe(s);
   config::Section &by_name =
       s.section("regions", "regions of the mesh that differ, by name: the keys above and 'contracts'");

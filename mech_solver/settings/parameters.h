@@ -67,6 +67,8 @@ struct SolverParameters {
 
 /// The keys of the scene block `mechanics`.
 struct Parameters : MaterialParameters {
+  std::string model = "elastic";
+  config::Table cavity_volume; ///< of model `prescribed` [m^3]
   std::map<std::string, RegionParameters> regions;
   std::string volume = "penalty";
   bool inertia = true;

@@ -24,7 +24,7 @@ COUNTED_OPERATOR(-) COUNTED_OPERATOR(*) COUNTED_OPERATOR(/) bool operator<(const
   return a.value < b.value;
 }
 
-/// Additions and multiplications of one of lanes_math.h's polynomials.
+/// Additions and multiplications of one of vectorized_math.h's polynomials.
 Counted counted(double value, double flops) {
   Counted::flops += flops;
   return value;

@@ -7,7 +7,7 @@ namespace heartbus::benchmarks {
 
 namespace {
 
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 // Additions and multiplications of a hexahedron with eight quadrature points, counted in navier_stokes_kernel.cpp:
 // pairs of nodes, residual, what is evaluated at the points.
@@ -17,7 +17,7 @@ constexpr double flops =
 struct Blood {
   Blood()
       : space(MPI_COMM_WORLD, geometry::make_fluid(scene().geometry)), problem(space, scene().fluid, 5000, dt),
-        motion(smooth_motion(space)) {
+        motion(smooth_displacement(space)) {
     motion *= 1e-2;
     problem.add_orifice("mitral", 1333, 0).open = true;
     problem.add_orifice("aortic", 9000, 1.3e7);
@@ -43,9 +43,9 @@ Blood &blood() {
 
 void navier_stokes_kernel(benchmark::State &state) {
   const Blood &b = blood();
-  alignas(64) std::array<Lanes, 24> zero{};
-  alignas(64) std::array<Lanes, 32> x{}, r;
-  alignas(64) std::array<Lanes, 32 * 32> K;
+  alignas(64) std::array<VectorizedDouble, 24> zero{};
+  alignas(64) std::array<VectorizedDouble, 32> x{}, r;
+  alignas(64) std::array<VectorizedDouble, 32 * 32> K;
   const double unit_nodes[24] = {-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1};
   fluid::NavierStokesCells cells;
   cells.nodes_per_cell = cells.n_q = 8;
@@ -54,13 +54,13 @@ void navier_stokes_kernel(benchmark::State &state) {
   cells.rho = scene().fluid.density;
   cells.mu = scene().fluid.viscosity;
   cells.dt = dt;
-  cells.motion = cells.convection = cells.old_velocity = zero.data();
+  cells.ale_displacement = cells.convection = cells.old_velocity = zero.data();
   cells.state = x.data();
   for (auto _ : state)
     for (unsigned batch = 0; batch < b.space.n_batches(); ++batch) {
       cells.gradients = b.space.gradients(batch);
       cells.JxW = b.space.JxW(batch);
-      Lanes smallest_J;
+      VectorizedDouble smallest_J;
       fluid::integrate_navier_stokes(cells, K.data(), r.data(), smallest_J);
     }
   compare_with_limit(state, {b.n_cells(), b.bytes(), b.n_cells() * flops});
@@ -71,7 +71,7 @@ BENCHMARK(navier_stokes_kernel)->Unit(benchmark::kMillisecond);
 void navier_stokes_insertion(benchmark::State &state) {
   const Blood &b = blood();
   fem::BlockMatrix<float> matrix(b.space, 4);
-  alignas(64) static std::array<Lanes, 32 * 32> K{};
+  alignas(64) static std::array<VectorizedDouble, 32 * 32> K{};
   for (auto _ : state)
     for (unsigned batch = 0; batch < b.space.n_batches(); ++batch)
       matrix.add_batch(batch, K.data());

@@ -29,7 +29,7 @@ struct Wall {
 };
 
 /// A smooth motion of the ventricle that inverts nothing: 5 % wider, 3 % shorter.
-inline fem::Vector smooth_motion(const fem::LagrangeSpace &space) {
+inline fem::Vector smooth_displacement(const fem::LagrangeSpace &space) {
   fem::Vector d = space.make_vector(3);
   for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
     for (unsigned i = 0; i < 3; ++i)

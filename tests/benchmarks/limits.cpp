@@ -1,6 +1,6 @@
 #include "tests/benchmarks/limits.h"
 
-#include "common/simd/lanes.h"
+#include "common/simd/vectorized_double.h"
 
 #include <algorithm>
 #include <ctime>
@@ -10,7 +10,7 @@ namespace heartbus::benchmarks {
 
 namespace {
 
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 /// CPU time: the machine may be shared.
 double now() {
@@ -37,14 +37,14 @@ HEARTBUS_SIMD void triad(std::size_t n, double *__restrict a, const double *__re
 }
 
 /// Twelve chains of multiply-adds: enough to hide their latency, few enough for the registers.
-HEARTBUS_SIMD void multiply_add(unsigned n, const Lanes &factor, Lanes &total) {
-  Lanes sums[12];
+HEARTBUS_SIMD void multiply_add(unsigned n, const VectorizedDouble &factor, VectorizedDouble &total) {
+  VectorizedDouble sums[12];
   for (unsigned k = 0; k < 12; ++k)
     sums[k] = fem::lanes(1e-3 * k);
   for (unsigned i = 0; i < n; ++i)
     for (unsigned k = 0; k < 12; ++k)
       sums[k] = sums[k] * factor + factor;
-  for (const Lanes &sum : sums)
+  for (const VectorizedDouble &sum : sums)
     total += sum;
 }
 
@@ -66,7 +66,7 @@ double peak_rate() {
   static const double value = [] {
     constexpr unsigned n = 1000000;
     return 2. * 12 * fem::n_lanes * n / shortest(10, [] {
-             Lanes result{};
+             VectorizedDouble result{};
              multiply_add(n, fem::lanes(0.999), result);
              benchmark::DoNotOptimize(result);
            });

@@ -7,7 +7,7 @@ namespace heartbus::benchmarks {
 
 namespace {
 
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 // Additions and multiplications of a hexahedron with eight quadrature points, counted in elasticity_kernel.cpp.
 constexpr double flops_residual = 8 * (8 * (3 * 5 + 9 * 2) + 28 + 30 + 150 + 16 + 54 + 3 * (17 + 8 * 8));
@@ -15,7 +15,7 @@ constexpr double flops_tangent = flops_residual + 8 * (200 + 810 + 8 * 9 * 3 * 5
 
 /// All of the wall, and what the kernel sees of it when all cells are read from its mesh.
 struct Elasticity {
-  Elasticity() : problem(wall.space, wall.fibres, scene().mech), d(smooth_motion(wall.space)) {
+  Elasticity() : problem(wall.space, wall.fibres, scene().mech), d(smooth_displacement(wall.space)) {
     problem.past.fill(d);
     problem.begin_dynamic(dt);
     for (unsigned a = 0; a < 8; ++a)
@@ -44,8 +44,8 @@ struct Elasticity {
   Wall wall;
   mech::ElasticityProblem problem;
   fem::Vector d;
-  alignas(64) std::array<Lanes, 24> displacement{}, inertia{}, r{};
-  alignas(64) std::array<Lanes, 24 * 24> K{};
+  alignas(64) std::array<VectorizedDouble, 24> displacement{}, inertia{}, r{};
+  alignas(64) std::array<VectorizedDouble, 24 * 24> K{};
 };
 
 Elasticity &elasticity() {

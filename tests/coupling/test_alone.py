@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 sys.path.append(str(Path(os.environ["HEARTBUS_SOURCE"]) / "tools"))
-from launch import BIN, SOURCE, run_scene  # noqa: E402
+from launch import BIN, SOURCE, Launch, run_scene  # noqa: E402
 from results import History  # noqa: E402
 
 # Blood above a piston that moves up and down, open at its upper end: all of it moves alike, and with its length l(t) its
@@ -32,6 +32,17 @@ fluid:
   slip: [x_low, x_high, y_low, y_high]
   tolerance: 1e-11
 output: {every: 0 ms, checkpoint: {every: 0 ms}}
+"""
+
+
+# The cavity of the ideal ventricle rests, shrinks, and grows.
+TABLE = {0: 100, 20: 100, 40: 90, 60: 95}  # ms, mL
+HAEMODYNAMICS = f"""
+base: {SOURCE}/configs/ideal_lv/haemodynamics.yaml
+geometry: {{mesh: MXS}}
+time: {{end: 60 ms, step: 1 ms}}
+mechanics: {{cavity_volume: {{table: table.csv}}}}
+output: {{every: 0 ms, checkpoint: {{every: 20 ms, keep: 9}}}}
 """
 
 
@@ -74,6 +85,50 @@ class Alone(unittest.TestCase):
         self.assertGreater(np.abs(exact).max(), 50)
         self.assertLess(np.abs(pressure[1:] - exact).max(), 1e-3 * np.abs(exact).max())
         self.assertLess(abs(history["volume"][-1] / (1e-4 * (LENGTH - displacement(time[-1]))) - 1), 1e-9)
+
+    def write_haemodynamics(self, table):
+        (self.folder / "table.csv").write_text("time [ms],volume [mL]\n" + "".join(f"{t},{V}\n" for t, V in table.items()))
+        (self.folder / "scene.yaml").write_text(HAEMODYNAMICS)
+        return self.folder / "scene.yaml"
+
+    def run_haemodynamics(self, table, *words):
+        return run_scene(self.write_haemodynamics(table), self.folder, "--ranks", "1", "--out", self.folder / "out", *words)
+
+    def test_a_cavity_has_the_volumes_of_a_table_and_its_open_valve_passes_what_it_changes_by(self):
+        launch = self.run_haemodynamics(TABLE)
+        self.assertEqual(launch.code, 0, launch.output)
+        history = History(self.folder / "out")
+        time, volume, ml = 1e3 * history.time, history["volume"], 1e-6
+        for t, V in TABLE.items():
+            at = np.argmin(abs(time - t))
+            self.assertLess(abs(volume[at] / (V * ml) - 1), 1e-10, t)
+        self.assertLess(abs(volume / history["cavity_volume"] - 1).max(), 1e-10)
+        self.assertTrue((np.diff(volume)[time[1:] < 40.5] <= 1e-12 * volume[0]).all() and (np.diff(volume)[time[1:] > 40.5] > 0).all())
+        change, shrinks = np.diff(volume) / 1e-3, (time[1:] > 20.5) & (time[1:] < 40.5)
+        out, into = history["aortic_flow"][1:], history["mitral_flow"][1:]
+        largest = abs(change).max()
+        self.assertGreater(largest, 500 * ml)
+        self.assertLess(abs(out + change)[shrinks].max(), 0.01 * largest)  # of first order in the step: it flows where
+        self.assertLess(abs(into - change)[~shrinks].max(), 0.01 * largest)  # the wall has arrived
+        self.assertLess(abs(into)[shrinks].max() + abs(out)[~shrinks].max(), 1e-6 * largest)  # closed to the solver's tolerance
+        again = self.run_haemodynamics(TABLE, "--restart", "40 ms")
+        self.assertEqual(again.code, 0, again.output)
+        self.assertEqual(History(self.folder / "out").columns, history.columns)
+
+    def test_volumes_that_the_cavity_cannot_have_are_refused(self):
+        launch = self.run_haemodynamics({0: 100, 20: 500})
+        self.assertEqual(launch.code, 2, launch.output)
+        self.assertIn("key 'mechanics.cavity_volume': 500 mL cannot be reached; at rest the cavity has 77.4 mL, and it goes from "
+                      "31.6 mL to 149.2 mL", launch.output)
+        for table, words, message in (({0: 100, 20: -5}, [], "is out of range"), ({0: 100, 20: 0}, [], "needs volumes above 0 in time"),
+                                      ({0: 100, "0.0": 90}, [], "has the same time twice"),
+                                      (TABLE, ["--set", "scheme=EFS1"], "'model: prescribed' is a motion that the blood follows: "
+                                                                        "'coupling: {scheme: one_way}'")):
+            scene = self.write_haemodynamics(table)
+            told = Launch([BIN / "coupler", scene, "--validate", *words], self.folder)
+            self.assertEqual(told.code, 2, told.output)
+            self.assertIn("key 'mechanics", told.output)
+            self.assertIn(message, told.output)
 
     def test_without_its_robin_datum_it_is_refused(self):
         text = (BLOOD % "EFS1").replace("  mech: {program: replay, settings: {file: motion.h5}}\n  ale: {program: ale_solver}\n", "")

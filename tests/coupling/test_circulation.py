@@ -1,5 +1,6 @@
 """Blood of one pressure: no volume is lost, and the program in Python does what ours does."""
 import csv
+import json
 import sys
 import tempfile
 import unittest
@@ -68,6 +69,19 @@ class Circulation(unittest.TestCase):
                           "--set", f"participants.circulation.settings.{key}={value}"], self.folder)
             self.assertEqual(run.code, 2, run.output)
             self.assertIn(f"key 'participants.circulation.settings.{key}': must", run.output)
+
+    def test_beats_against_arteries_approach_a_limit_cycle_by_half_each(self):
+        words = ["mesh=MXS", "time.step=2 ms", "time.beats=6", "until_periodic=2 %", "output.every=0 ms", "checkpoint.every=0 ms"]
+        run = Launch([sys.executable, SOURCE / "tools/check.py", "--launch", SOURCE / "configs/ideal_lv/eikonal.yaml",
+                      "--oversubscribe", "--out", "beats", *(word for value in words for word in ("--set", value))], self.folder)
+        self.assertEqual(run.code, 0, run.output)
+        beats = json.loads((self.folder / "beats/indicators.json").read_text())["beats"]
+        self.assertEqual(len(beats), 3)  # as docs/results.md has it of M0
+        second, third = (beat["change_percent"] for beat in beats[1:])
+        self.assertLess(max(third.values()), 2)
+        for name in ("ESV", "p_max"):
+            self.assertAlmostEqual(third[name] / second[name], 0.54, delta=0.06)
+        self.assertLess(third["EDV"], 0.01)  # the atrium's pressure is constant
 
     def test_a_restart_gives_the_same_bits(self):
         again = self.history("ours", "--restart", "40 ms")

@@ -39,7 +39,7 @@ class Conventions(unittest.TestCase):
         settings = (SOURCE / "common/settings/coupling.cpp").read_text(encoding="utf-8")
         names = re.findall(r'"([\w-]+)"', re.search(r'choice\("scheme", scheme,\s*\{(.*?)\}', settings, flags=re.S)[1])
         self.assertIn("EFS1", names)
-        own_words = {"adaptive", "circulation"}  # of step sizes; a participant
+        own_words = {"adaptive", "circulation", "custom"}  # of step sizes; a participant; a mesh
         words = [rf"\b{re.escape(name)}\b" for name in names if name not in own_words]
         pattern = "|".join([*words, r"\bE1FS", r"scheme\s*[!=]=", r"\bCouplingParameters\b", r"\bscene\.coupling\b"])
         folders = [name for name in ALL if name not in ("coupler", "common")]

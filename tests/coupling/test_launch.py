@@ -1,6 +1,7 @@
 """A launch from scene to results, with electrophysiology alone as the smallest of all casts."""
 import csv
 import json
+import re
 import signal
 import subprocess
 import tempfile
@@ -86,6 +87,13 @@ class Launches(unittest.TestCase):
         (self.folder / "defaults.yaml").write_bytes(text)
         launch = Launch([BIN / "coupler", "defaults.yaml", "--validate"], self.folder)
         self.assertEqual(launch.code, 0, launch.output)
+
+    def test_programs_tell_the_version_of_the_project(self):
+        version = re.search(r"project\(heartbus VERSION ([\d.]+)", (SOURCE / "CMakeLists.txt").read_text())[1]
+        for program in ("coupler", "ep_solver", "replay"):
+            launch = Launch([BIN / program, "--version"], self.folder)
+            self.assertEqual(launch.code, 0, launch.output)
+            self.assertRegex(launch.output, rf"{program} \(heartbus {version}, compiler .*\), protocol \d+")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #include "common/nonlinear/anderson.h"
-#include "common/nonlinear/iterate_moves.h"
+#include "common/nonlinear/iterate_extrapolation.h"
 
 #include "mpi_test_main.h"
 
@@ -65,7 +65,7 @@ Vector iterate(int k, double t) {
 }
 
 /// How far the predictions of a step's iterates are from what comes, given the steps before.
-double largest_miss(const fem::IterateMoves<Vector> &moves, int n_iterates, double t) {
+double largest_miss(const fem::IterateExtrapolation<Vector> &moves, int n_iterates, double t) {
   double miss = 0;
   Vector x = iterate(n_iterates - 1, t); // the extrapolated states, here exact
   for (int k = 0; k < n_iterates; ++k) {
@@ -77,7 +77,7 @@ double largest_miss(const fem::IterateMoves<Vector> &moves, int n_iterates, doub
   return miss;
 }
 
-void take_step(fem::IterateMoves<Vector> &moves, int n_iterates, double t) {
+void take_step(fem::IterateExtrapolation<Vector> &moves, int n_iterates, double t) {
   for (int k = 0; k < n_iterates; ++k)
     moves.record(k, iterate(k, t));
   moves.commit();
@@ -85,8 +85,8 @@ void take_step(fem::IterateMoves<Vector> &moves, int n_iterates, double t) {
 
 } // namespace
 
-TEST(IterateMoves, IteratesThatFollowParabolasAreForeseenAfterThreeSteps) {
-  fem::IterateMoves<Vector> moves;
+TEST(IterateExtrapolation, IteratesThatFollowParabolasAreForeseenAfterThreeSteps) {
+  fem::IterateExtrapolation<Vector> moves;
   double before = largest_miss(moves, 3, 0.1);
   for (int step = 1; step <= 3; ++step) {
     take_step(moves, 3, 0.1 * step);
@@ -97,8 +97,8 @@ TEST(IterateMoves, IteratesThatFollowParabolasAreForeseenAfterThreeSteps) {
   EXPECT_LT(before, 1e-13);
 }
 
-TEST(IterateMoves, AnIterateThatTheStepBeforeDidNotHaveIsTheLastOne) {
-  fem::IterateMoves<Vector> moves;
+TEST(IterateExtrapolation, AnIterateThatTheStepBeforeDidNotHaveIsTheLastOne) {
+  fem::IterateExtrapolation<Vector> moves;
   take_step(moves, 3, 0.1);
   take_step(moves, 2, 0.2);
   Vector x = iterate(1, 0.3);
@@ -107,8 +107,8 @@ TEST(IterateMoves, AnIterateThatTheStepBeforeDidNotHaveIsTheLastOne) {
   EXPECT_EQ(x.linfty_norm(), 0);
 }
 
-TEST(IterateMoves, OneIterateAStepAndForgettingLeaveNothing) {
-  fem::IterateMoves<Vector> moves;
+TEST(IterateExtrapolation, OneIterateAStepAndForgettingLeaveNothing) {
+  fem::IterateExtrapolation<Vector> moves;
   const double unknown = largest_miss(moves, 2, 0.3);
   take_step(moves, 2, 0.1);
   EXPECT_LT(largest_miss(moves, 2, 0.3), unknown);

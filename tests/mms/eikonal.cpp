@@ -35,12 +35,12 @@ Mat3<double> oblique() {
 
 Mat3<double> isotropic() { return 1e-4 * fem::identity<double>(); }
 
-std::vector<Mat3<fem::Lanes>> everywhere(const fem::LagrangeSpace &space, const Mat3<double> &D) {
-  Mat3<fem::Lanes> lanes;
+std::vector<Mat3<fem::VectorizedDouble>> everywhere(const fem::LagrangeSpace &space, const Mat3<double> &D) {
+  Mat3<fem::VectorizedDouble> lanes;
   for (unsigned i = 0; i < 3; ++i)
     for (unsigned j = 0; j < 3; ++j)
       lanes[i][j] = fem::lanes(D[i][j]);
-  return std::vector<Mat3<fem::Lanes>>(space.n_batches() * space.n_q(), lanes);
+  return std::vector<Mat3<fem::VectorizedDouble>>(space.n_batches() * space.n_q(), lanes);
 }
 
 enum class Cells { hexahedra, linear_tetrahedra, quadratic_tetrahedra };

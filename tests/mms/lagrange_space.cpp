@@ -10,8 +10,8 @@
 #include "mpi_test_main.h"
 
 using namespace heartbus;
-using fem::Lanes;
 using fem::n_lanes;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -19,12 +19,12 @@ double global_sum(double x) { return dealii::Utilities::MPI::sum(x, MPI_COMM_WOR
 
 void assemble_laplace(const fem::LagrangeSpace &space, fem::BlockMatrix<double> &A) {
   const unsigned n = space.nodes_per_cell();
-  std::vector<Lanes> K(n * n);
+  std::vector<VectorizedDouble> K(n * n);
   A.clear();
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
-    std::fill(K.begin(), K.end(), Lanes{});
+    std::fill(K.begin(), K.end(), VectorizedDouble{});
     for (unsigned q = 0; q < space.n_q(); ++q) {
-      const Lanes *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
+      const VectorizedDouble *g = space.gradients(batch) + q * n * 3, w = space.JxW(batch)[q];
       for (unsigned a = 0; a < n; ++a)
         for (unsigned b = 0; b < n; ++b)
           K[a * n + b] += w * (g[3 * a] * g[3 * b] + g[3 * a + 1] * g[3 * b + 1] + g[3 * a + 2] * g[3 * b + 2]);
@@ -260,7 +260,7 @@ TEST(BlockMatrix, ConstraintsLeaveTheDiagonalOnly) {
   fem::Constraints constrained(3 * space.n_local_nodes());
   fem::fix_vector(space, 3, space.labels().front(), constrained);
   A.set_constraints(constrained);
-  std::vector<Lanes> K(9 * space.nodes_per_cell() * space.nodes_per_cell());
+  std::vector<VectorizedDouble> K(9 * space.nodes_per_cell() * space.nodes_per_cell());
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
     std::fill(K.begin(), K.end(), fem::lanes(1));
     A.add_batch(batch, K.data());
@@ -288,12 +288,12 @@ void compare_precisions(const fem::LagrangeSpace &space, unsigned c) {
   A.set_constraints(constrained);
   rounded.set_constraints(constrained);
   const unsigned n = space.nodes_per_cell();
-  std::vector<Lanes> K(c * c * n * n);
+  std::vector<VectorizedDouble> K(c * c * n * n);
   for (unsigned batch = 0; batch < space.n_batches(); ++batch) {
     for (std::size_t k = 0; k < K.size(); ++k)
       for (unsigned lane = 0; lane < n_lanes; ++lane)
         K[k][lane] = std::sin(1. + 3. * double(k) + 7. * lane + 11. * batch);
-    std::vector<Lanes> same(K); // what is added is reduced by the constraints
+    std::vector<VectorizedDouble> same(K); // what is added is reduced by the constraints
     A.add_batch(batch, same.data());
     rounded.add_batch(batch, K.data());
   }

@@ -8,22 +8,23 @@
 #include <filesystem>
 
 using namespace heartbus;
-using fem::Lanes;
 using fem::Mat3;
+using fem::VectorizedDouble;
 
 namespace {
 
 using Tensor = std::array<std::array<double, 3>, 3>;
 
-using Conductivity = std::function<std::vector<Mat3<Lanes>>(const fem::LagrangeSpace &)>;
+using Conductivity = std::function<std::vector<Mat3<VectorizedDouble>>(const fem::LagrangeSpace &)>;
 
 Conductivity constant(const Tensor &D) {
-  Mat3<Lanes> lanes;
+  Mat3<VectorizedDouble> lanes;
   for (unsigned i = 0; i < 3; ++i)
     for (unsigned j = 0; j < 3; ++j)
       lanes[i][j] = fem::lanes(D[i][j]);
-  return
-      [=](const fem::LagrangeSpace &space) { return std::vector<Mat3<Lanes>>(space.n_batches() * space.n_q(), lanes); };
+  return [=](const fem::LagrangeSpace &space) {
+    return std::vector<Mat3<VectorizedDouble>>(space.n_batches() * space.n_q(), lanes);
+  };
 }
 
 double largest(double x) { return dealii::Utilities::MPI::max(x, MPI_COMM_WORLD); }

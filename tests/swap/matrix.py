@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 BIN, SOURCE = Path(os.environ["HEARTBUS_BIN"]), Path(os.environ["HEARTBUS_SOURCE"])
@@ -65,24 +64,24 @@ def scene(electrophysiology, blood, wall, name):
 
 
 class Combination:
-    """A finished run: whether it came to its end, pressures and volumes of its steps [Pa, m^3], seconds."""
+    """A finished run: whether it came to its end, pressures and volumes of its steps [Pa, m^3], CPU seconds of all programs."""
 
     def __init__(self, folder, electrophysiology, blood, wall, *words):
         self.parts = (electrophysiology, blood, wall)
         name = "_".join(part.replace(" ", "_").replace(",", "") for part in self.parts)
         file = Path(folder) / f"{name}.yaml"
         file.write_text(json.dumps(scene(*self.parts, name)), encoding="utf-8")  # which is YAML
-        begin = time.monotonic()
         command = [sys.executable, SOURCE / "tools/check.py", "--launch", file, "--oversubscribe", "--ranks", "1", "--out",
                    name, "--force", *words]
         environment = dict(os.environ, PYTHONPATH=str(BIN.parent / "share/heartbus/python"))
         run = subprocess.run([str(word) for word in command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        self.seconds, self.code, self.output = time.monotonic() - begin, run.returncode, run.stdout
+        self.code, self.output, self.seconds = run.returncode, run.stdout, 0
         self.pressure = self.volume = []
         if self.code == 0:
             with open(Path(folder) / name / "history.csv", encoding="utf-8") as history:
                 columns = {title.split(" ")[0]: values for title, *values in zip(*csv.reader(history))}
+            self.seconds = json.loads((Path(folder) / name / "indicators.json").read_text(encoding="utf-8"))["cpu_s"]
             self.pressure, self.volume = ([float(value) for value in columns[title]] for title in ("mean_pressure", "volume"))
 
     def differs(self, other):

@@ -36,7 +36,7 @@ def main():
         with open(matrix.SOURCE / "docs/results/swap_matrix.csv", "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(["electrophysiology", "blood", "wall", "pressure at 20 ms, Pa",
-                             "largest difference from the first code, share of range", "s", "as it must be"])
+                             "largest difference from the first code, share of range", "CPU s", "as it must be"])
             writer.writerows(rows)
     sys.exit(1 if bad else 0)
 

@@ -110,16 +110,16 @@ void expect_rotation_invariance(const Law &law, double stiffness) {
 template <class Law>
 void expect_lanes_equal_double(const Law &law) {
   std::mt19937 generator(4);
-  Mat3<Lanes> F;
+  Mat3<VectorizedDouble> F;
   std::array<Matrix, fem::n_lanes> single;
   for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
     single[lane] = random_deformation(generator);
     for (unsigned i = 0; i < 9; ++i)
       F[i / 3][i % 3][lane] = single[lane][i / 3][i % 3];
   }
-  Symmetric<Lanes> S;
-  Tangent<Lanes> D;
-  const Lanes J = fem::determinant(F);
+  Symmetric<VectorizedDouble> S;
+  Tangent<VectorizedDouble> D;
+  const VectorizedDouble J = fem::determinant(F);
   law.stress_and_tangent(right_cauchy_green(F), J, law.volumetric(J), S, D);
   for (unsigned lane = 0; lane < fem::n_lanes; ++lane) {
     Symmetric<double> S1;

@@ -69,7 +69,7 @@ class Cable {
   double spacing_, dt_;
   unsigned n_;
   std::vector<double> v_, before_, activation_;
-  std::vector<fem::Lanes> states_;
+  std::vector<fem::VectorizedDouble> states_;
 };
 
 } // namespace

@@ -11,10 +11,10 @@ namespace {
 
 /// The step at which an alarm comes, or 0.
 template <class Signal>
-int alarm(const Signal &disagreement, int n_steps = 1000) {
+int alarm(const Signal &kinematic_jump, int n_steps = 1000) {
   InstabilityWatch watch(2e-4);
   for (int n = 1; n <= n_steps; ++n)
-    if (watch.add(disagreement(n)))
+    if (watch.add(kinematic_jump(n)))
       return n;
   return 0;
 }
@@ -38,6 +38,20 @@ TEST(InstabilityWatch, AStepThatAsksForManyTimesTheDatumIsRecognisedAtOnce) {
   EXPECT_FALSE(watch.add(1000, 75)); // too little to matter
   EXPECT_FALSE(watch.add(5000, 1));
   EXPECT_TRUE(watch.add(5000, 75));
+}
+
+TEST(InstabilityWatch, MotionsThatTurnRoundAndGrowAreRecognisedBeforeTheyCrushAWall) {
+  const double dt = 0.8e-3, pressure = 1000;
+  const auto alarm_at = [&](double growth, double cosine) {
+    InstabilityWatch watch(dt);
+    for (double jump = 1; jump < 1e4; jump *= growth)
+      if (watch.add(jump, jump / pressure, false, cosine))
+        return jump;
+    return 0.;
+  };
+  EXPECT_LT(alarm_at(1.2, -0.9), 300) << "the wall is crushed at 1300 Pa";
+  EXPECT_GT(alarm_at(1.2, -0.9), 80);
+  EXPECT_EQ(alarm_at(1.2, 0.9), 0) << "what does not turn round may be a load";
 }
 
 TEST(InstabilityWatch, OfDirichletNeumannOnlyChangesLargerThanTheDatumCount) {
@@ -70,7 +84,7 @@ std::string told(double factor, Runaway seen) {
     before = x;
     x *= factor;
   } while (!watch.add(std::abs(x), 0.1, false, x * before > 0 ? 1 : -1));
-  seen.disagreement = std::abs(x);
+  seen.kinematic_jump = std::abs(x);
   seen.alternates = watch.alternates();
   return explanation(seen, 0);
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 using namespace heartbus;
-using fem::Lanes;
+using fem::VectorizedDouble;
 
 namespace {
 
@@ -17,11 +17,13 @@ struct Bricks : testing::Test {
   static constexpr unsigned n = 8, n_q = 8;
   const double h[3] = {2e-3, 3e-3, 4e-3};
   std::vector<double> shapes = std::vector<double>(n_q * n), unit_nodes = std::vector<double>(n * 3);
-  std::vector<Lanes> gradients = std::vector<Lanes>(n_q * n * 3), JxW = std::vector<Lanes>(n_q);
-  std::vector<Lanes> motion = std::vector<Lanes>(n * 3), convection = motion, old_velocity = motion;
-  std::vector<Lanes> state = std::vector<Lanes>(n * 4), r = state;
-  std::vector<Lanes> K = std::vector<Lanes>(n * n * 16);
-  Lanes smallest_J{};
+  std::vector<VectorizedDouble> gradients = std::vector<VectorizedDouble>(n_q * n * 3),
+                                JxW = std::vector<VectorizedDouble>(n_q);
+  std::vector<VectorizedDouble> motion = std::vector<VectorizedDouble>(n * 3), convection = motion,
+                                old_velocity = motion;
+  std::vector<VectorizedDouble> state = std::vector<VectorizedDouble>(n * 4), r = state;
+  std::vector<VectorizedDouble> K = std::vector<VectorizedDouble>(n * n * 16);
+  VectorizedDouble smallest_J{};
   fluid::NavierStokesCells cells;
 
   Bricks() {
@@ -56,7 +58,7 @@ struct Bricks : testing::Test {
     cells.mu = 3.5e-3;
     cells.dt = 2e-4;
     cells.pressure_scale = 1e4;
-    cells.motion = motion.data();
+    cells.ale_displacement = motion.data();
     cells.convection = convection.data();
     cells.old_velocity = old_velocity.data();
     cells.state = state.data();
@@ -73,7 +75,7 @@ TEST_F(Bricks, UniformFlowLeavesNoResidualOnAMovingCell) {
     }
   integrate();
   const double scale = cells.rho / cells.dt * h[0] * h[1] * h[2];
-  for (const Lanes &entry : r)
+  for (const VectorizedDouble &entry : r)
     for (unsigned lane = 0; lane < fem::n_lanes; ++lane)
       EXPECT_LT(std::abs(entry[lane]), 1e-14 * scale);
 }
@@ -83,7 +85,7 @@ TEST_F(Bricks, ResidualIsTheMatrixTimesTheStateMinusTheLoad) {
     for (unsigned i = 0; i < 3; ++i)
       convection[3 * a + i] = old_velocity[3 * a + i] = fem::lanes(std::sin(1. + a - 2. * i));
   integrate();
-  const std::vector<Lanes> r0 = r;
+  const std::vector<VectorizedDouble> r0 = r;
   for (unsigned k = 0; k < 4 * n; ++k)
     state[k] = fem::lanes(std::cos(3. * k));
   integrate();
@@ -110,7 +112,7 @@ TEST_F(Bricks, AConstantPressurePushesTheMovedFacesOutwards) {
   EXPECT_NEAR(smallest_J[0], 1.5, 1e-12);
   EXPECT_NEAR(r[4 * 1 + 0][0], -pressure * h[1] * h[2] / 4, 1e-10);
   EXPECT_NEAR(r[4 * 1 + 1][0], +pressure * 1.5 * h[0] * h[2] / 4, 1e-10);
-  Lanes volume, integral;
+  VectorizedDouble volume, integral;
   fluid::integrate_pressure(cells, volume, integral);
   EXPECT_NEAR(volume[0], 1.5 * h[0] * h[1] * h[2], 1e-20);
   EXPECT_NEAR(integral[0] / volume[0], pressure, 1e-9);

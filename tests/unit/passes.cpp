@@ -2,6 +2,7 @@
 // what these were made of do the steps as a scheme says them and as a pass has them, in any order in which commands can
 // be executed at the same time.
 #include "coupler/sequence/passes.h"
+#include "coupler/sequence/notation.h"
 #include "coupler/sequence/sequence_runner.h"
 
 #include <deque>
@@ -115,7 +116,7 @@ class Participant {
 class Machine {
  public:
   Machine(const Sequence &sequence, int n_steps) : sequence_(sequence), n_steps_(n_steps) {
-    for (const auto &[node, iteration] : written_out(sequence.step)) {
+    for (const auto &[node, iteration] : flatten(sequence.step)) {
       participants_.emplace(node.participant, node.participant);
       if (node.kind == Node::Kind::transfer)
         routes_.insert({{node.participant, node.receiver, node.field}, int(routes_.size())});
@@ -146,9 +147,9 @@ class Machine {
   void order(int step) {
     for (int number = step; number <= std::min(n_steps_, step + sequence_.ahead); ++number)
       for (const auto &[who, command] : commands(sequence_.step, routes_, {number, 0, number * 1e-3, 1e-3}))
-        if (sequence_.leaders.count(who) ? ordered_[who] < number : number == step)
+        if (sequence_.source_participants.count(who) ? ordered_[who] < number : number == step)
           streams_[who].push_back(command);
-    for (const auto &who : sequence_.leaders)
+    for (const auto &who : sequence_.source_participants)
       ordered_[who] = std::min(n_steps_, step + sequence_.ahead);
     now_ = step;
   }
@@ -157,7 +158,7 @@ class Machine {
       return values_.count(next.route) == 0;
     if (next.kind == Kind::receive)
       return values_.count(next.route) > 0;
-    if (next.kind != Kind::take_turn)
+    if (next.kind != Kind::wait)
       return true;
     const auto passed = turns_.find({next.task, who});
     return passed != turns_.end() && passed->second > 0;
@@ -181,9 +182,9 @@ class Machine {
     else if (command.kind == Kind::receive) {
       participant[fields_.at(command.route)] = values_.at(command.route);
       values_.erase(command.route);
-    } else if (command.kind == Kind::pass_turn)
+    } else if (command.kind == Kind::notify)
       ++turns_[{who, command.task}];
-    else if (command.kind == Kind::take_turn)
+    else if (command.kind == Kind::wait)
       --turns_[{command.task, who}];
     else
       participant.execute(command);
@@ -203,7 +204,8 @@ class Machine {
 
 std::vector<CouplingParameters> all_schemes() {
   std::vector<CouplingParameters> all;
-  for (const char *name : {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way"}) {
+  for (const char *name :
+       {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"}) {
     CouplingParameters coupling;
     coupling.scheme = name;
     coupling.iterations = coupling.iterates() ? 3 : 1;
@@ -253,14 +255,16 @@ TEST(Passes, LiftingEarlyChangesNoResult) {
 }
 
 TEST(Passes, AnEstimateOfTheLimitChangesNoResultOfAFixedAlpha) {
-  const auto probe = [](const Nodes &step) { return with_limit_of_alpha(step, false); };
+  const auto probe = [](const Nodes &step) { return with_limit_of_alpha(step, false, 0.2e-3); };
   EXPECT_EQ(expect_the_same_results(probe), 5) << "where there is a Robin condition";
   EXPECT_EQ(expect_the_same_results([&](const Nodes &step) { return probe(lifted_early(step)); }), 5);
 }
 
 TEST(Passes, AnAlphaThatFollowsIsTakenOnceTheLimitIsKnownAndBeforeTheFluidIsPrepared) {
-  const std::string text = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true));
+  const std::string text = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true, 0.2e-3));
   EXPECT_NE(text.find("mesh_motion ale->fluid; every 100 steps (begin_probe mech; "), std::string::npos) << text;
+  const std::string of_large_steps = step_text(with_limit_of_alpha(lifted_early(scheme({}).step), true, 0.8e-3));
+  EXPECT_NE(of_large_steps.find("every 25 steps"), std::string::npos) << "the limit changes in time, not in steps";
   EXPECT_NE(text.find("end_probe mech); alpha_limit mech->fluid; follow_limit fluid; prepare fluid; "),
             std::string::npos)
       << text;
@@ -275,8 +279,8 @@ TEST(Passes, AccelerationPrecedesEachSolveOfTheFluidThatIsRepeated) {
 }
 
 TEST(Passes, TurnsChangeNoResultAndNobodyWaitsForEver) {
-  EXPECT_EQ(expect_the_same_results(in_turns), 7);
-  EXPECT_EQ(expect_the_same_results([](const Nodes &step) { return in_turns(lifted_early(step)); }), 7);
+  EXPECT_EQ(expect_the_same_results(in_turns), 8);
+  EXPECT_EQ(expect_the_same_results([](const Nodes &step) { return in_turns(lifted_early(step)); }), 8);
 }
 
 TEST(Passes, InTurnsElectrophysiologyGoesOnOnceTheFluidIsPrepared) {
@@ -291,8 +295,8 @@ TEST(Passes, OrderingAheadChangesNoResult) {
     for (const int ahead : {1, 3, 100}) {
       const auto expected = Machine(scheme(coupling), n_steps).run(0);
       coupling.lookahead = ahead;
-      const Sequence sequence = ordered_ahead(make_sequence(coupling), ahead);
-      EXPECT_EQ(sequence.leaders, std::set<std::string>{"ep"});
+      const Sequence sequence = ordered_ahead(make_sequence(coupling, 0.2e-3), ahead);
+      EXPECT_EQ(sequence.source_participants, std::set<std::string>{"ep"});
       int most = 0;
       for (unsigned seed = 1; seed < 20; ++seed) {
         Machine machine(sequence, n_steps);
@@ -307,6 +311,6 @@ TEST(Passes, AllOfThemTogetherChangeNoResult) {
   for (const auto &coupling : all_schemes()) {
     const auto expected = Machine(scheme(coupling), n_steps).run(0);
     for (unsigned seed = 1; seed < 20; ++seed)
-      EXPECT_EQ(Machine(make_sequence(coupling), n_steps).run(seed), expected) << coupling.scheme;
+      EXPECT_EQ(Machine(make_sequence(coupling, 0.2e-3), n_steps).run(seed), expected) << coupling.scheme;
   }
 }

@@ -41,7 +41,7 @@ TEST(Pipe, CarriesLettersOfAnyLengthInOrder) {
   });
   PipeReader reader(*pipe);
   for (std::size_t k = 0; k < 50 * sizes.size(); ++k) {
-    std::optional<Letter> letter;
+    std::optional<Message> letter;
     while (!(letter = reader.next()))
       std::this_thread::yield();
     ASSERT_EQ(letter->tag, int(k));

@@ -30,7 +30,7 @@ TEST(ResultsName, IsThatOfTheSceneWhenNothingButItsLengthChanges) {
 }
 
 TEST(ResultsName, TellsBlocksAndListsThatAreTakenAway) {
-  EXPECT_EQ(name_of({"participants.ep=", "active.model=none"}), "efs1-model=none-ep=none");
+  EXPECT_EQ(name_of({"participants.ep=", "active.model=none"}), "efs1-active.model=none-ep=none");
   EXPECT_EQ(name_of({"mechanics.pericardium.labels=[epicardium, base]"}), "efs1-labels=epicardium_base");
 }
 

@@ -16,6 +16,7 @@ def has(runs, *columns):
 
 def stacked(n_rows, height=1.75):
     figure, axes = plt.subplots(n_rows, 1, sharex=True, figsize=(WIDTH, 0.6 + height * n_rows), squeeze=False)
+    figure.subplots_adjust(bottom=0.2 / n_rows, hspace=0.14)  # labels may lie outside
     axes = axes[:, 0]
     axes[-1].set_xlabel("time [ms]")
     axes[-1].margins(x=0)
@@ -43,7 +44,6 @@ def finish(figure, axes, runs):
         named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels())}
         shown = [run.name for run in runs if run.name in named]
         figure.legend([named[name] for name in shown], shown, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
-    figure.tight_layout()
     figure.align_ylabels()
     return figure
 
@@ -156,7 +156,6 @@ def cost(runs):
     axis.grid(axis="y", visible=False)
     axis.set_xlabel("wall time [s], mean of the ranks, without waiting")
     figure.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.0)
-    figure.tight_layout()
     return figure
 
 

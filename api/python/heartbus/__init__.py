@@ -164,8 +164,9 @@ class Bus:
 
     def orders(self):
         """One after the other, each with what, number, iteration, time, size and text; waits asleep for the next."""
-        order = interface.heartbus_order()
-        while self._library.heartbus_next(self._bus, ctypes.byref(order)):
+        order, next_order = interface.heartbus_order(), self._library.heartbus_next
+        place = ctypes.byref(order)
+        while next_order(self._bus, place):
             yield SimpleNamespace(what=order.what, number=order.number, iteration=order.iteration, time=order.time,
                                   size=order.size, text=order.text.decode())
 

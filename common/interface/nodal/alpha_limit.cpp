@@ -16,7 +16,7 @@ void AlphaLimit::begin(double tau, double time) {
   forces_.clear();
   columns_.clear();
   exhausted_ = false;
-  const Vector x = some_motion(), Mx = wall_.interface_mass(x);
+  const Vector x = some_displacement(), Mx = wall_.interface_mass(x);
   take(x, Mx, std::sqrt(x * Mx));
 }
 
@@ -68,7 +68,7 @@ Vector AlphaLimit::compliance(const Vector &f) {
 }
 
 /// Without symmetries, the same on any number of ranks.
-Vector AlphaLimit::some_motion() const {
+Vector AlphaLimit::some_displacement() const {
   Vector v = wall_.space().make_vector(3);
   for (unsigned k = 0; k < v.locally_owned_size(); ++k) {
     const geometry::Point3 &p = wall_.space().points()[k / 3];

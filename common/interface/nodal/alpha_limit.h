@@ -45,7 +45,7 @@ class AlphaLimit {
  private:
   /// Z^{-1} f
   fem::Vector compliance(const fem::Vector &f);
-  fem::Vector some_motion() const;
+  fem::Vector some_displacement() const;
   void take(const fem::Vector &x, const fem::Vector &Mx, double norm);
 
   LinearWall &wall_;

@@ -70,11 +70,11 @@ double BloodSide::uniform(const std::vector<double> &values) const {
 }
 
 bool BloodSide::runs_away(const Budget &budget, double alpha) {
-  seen_.disagreement = budget.disagreement;
+  seen_.kinematic_jump = budget.kinematic_jump;
   seen_.alpha = alpha;
   seen_.alpha_limit = uniform(alpha_limit_);
   const bool is_dirichlet = seen_.alpha_limit > 0 && alpha > 10 * seen_.alpha_limit;
-  const bool runs = watch_.add(budget.disagreement, budget.datum_residual, is_dirichlet, budget.alternation);
+  const bool runs = watch_.add(budget.kinematic_jump, budget.datum_residual, is_dirichlet, budget.alternation);
   seen_.alternates = watch_.alternates();
   return runs;
 }

@@ -65,7 +65,7 @@ Budget RobinCondition::budget(const Vector &u, const Vector &wall_velocity, cons
   Budget budget;
   budget.volume_defect = defect;
   budget.power = power;
-  budget.disagreement = std::sqrt(alpha * std::abs(work) / whole_area);
+  budget.kinematic_jump = std::sqrt(alpha * std::abs(work) / whole_area);
   if (datum_squared > 0)
     budget.datum_residual = std::sqrt(change_squared / datum_squared);
   if (work > 0 && jump_power_n_ > 0)

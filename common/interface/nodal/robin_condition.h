@@ -11,7 +11,7 @@ namespace heartbus::interface {
 struct Budget {
   double volume_defect = 0;  ///< int (u - v).n [m^3/s]
   double power = 0;          ///< L.(u - v) [W]
-  double disagreement = 0;   ///< alpha |u - v|, root mean square [Pa]
+  double kinematic_jump = 0; ///< alpha |u - v|, root mean square [Pa]
   double datum_residual = 0; ///< |g' - g| / |g| with the last datum g and the next, g' = alpha M v - L
   double alternation = 0; ///< cosine, in M, of the angle between u - v and that of the step before; -1: it alternates
 };

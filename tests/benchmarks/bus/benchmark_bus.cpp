@@ -1,7 +1,9 @@
 // Both directions of a field between two participants, by the bus and by bare MPI in the same launch:
 //   p=build/release/bin/benchmark_bus; mpirun -n 1 $p : -n 2 $p --name a : -n 2 $p --name b
 //
-// echo.c and echo.py are the same participants through the interfaces of C and Python, without bare MPI.
+// echo.c and echo.py are the same participants through the interfaces of C and Python, without bare MPI; compare.py
+// runs all three in turn. Whoever has received is told to solve, so that each trip passes through the participant's own
+// code.
 //
 // The participants hold the same points, differently distributed and in different orders, as two meshes do. Bare MPI
 // sends two messages each way, between ranks of the same place, with nothing to reorder.
@@ -105,8 +107,10 @@ void measure(bus::Coordinator &bus) {
       for (int trip = 0; trip < n_trips; ++trip) {
         bus.order("a", {Kind::send, "", there, step});
         bus.order("b", {Kind::receive, "", there, step});
+        bus.order("b", {Kind::solve, "", -1, step});
         bus.order("b", {Kind::send, "", back, step});
         bus.order("a", {Kind::receive, "", back, step});
+        bus.order("a", {Kind::solve, "", -1, step});
       }
       bus.order("a", {Kind::task, "stop", -1, step});
     });

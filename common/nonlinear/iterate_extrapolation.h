@@ -14,7 +14,7 @@ namespace heartbus::fem {
 /// what iterate k moves from iterate k - 1, and the first one from the extrapolated states, which are last iterates, is
 /// extrapolated from the steps before by the parabola through the last three, or what there is of it.
 template <class Vector>
-class IterateMoves {
+class IterateExtrapolation {
  public:
   /// Moves x, the extrapolated state (iteration 0) or the last iterate, to where the next iterate is expected.
   void predict(int iteration, Vector &x) const {

@@ -16,7 +16,7 @@ struct RouteName {
 };
 
 /// What every participant is doing, as far as the coupler knows: the commands it has been sent and not yet executed.
-class Crew {
+class ProgressMonitor {
  public:
   void sent(const std::string &participant, const std::vector<Command> &commands);
   void executed_one(const std::string &participant);

@@ -1,25 +1,25 @@
-#include "common/simd/lanes_math.h"
+#include "common/simd/vectorized_math.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 using namespace heartbus;
-using fem::Lanes;
 using fem::n_lanes;
+using fem::VectorizedDouble;
 
 namespace {
 
-HEARTBUS_SIMD void exponential(const Lanes *x, Lanes *y) { *y = fem::exp(*x); }
-HEARTBUS_SIMD void logarithm(const Lanes *x, Lanes *y) { *y = fem::log(*x); }
-HEARTBUS_SIMD void hyperbolic_tangent(const Lanes *x, Lanes *y) { *y = fem::tanh(*x); }
+HEARTBUS_SIMD void exponential(const VectorizedDouble *x, VectorizedDouble *y) { *y = fem::exp(*x); }
+HEARTBUS_SIMD void logarithm(const VectorizedDouble *x, VectorizedDouble *y) { *y = fem::log(*x); }
+HEARTBUS_SIMD void hyperbolic_tangent(const VectorizedDouble *x, VectorizedDouble *y) { *y = fem::tanh(*x); }
 
 /// Largest relative difference from the standard function over [low, high].
 template <class Vectorised, class Standard>
 double worst(Vectorised vectorised, Standard standard, double low, double high) {
   double error = 0;
   for (int k = 0; k < 20000; ++k) {
-    Lanes x, y;
+    VectorizedDouble x, y;
     for (unsigned i = 0; i < n_lanes; ++i)
       x[i] = low + (high - low) * (k * n_lanes + i) / 160000;
     vectorised(&x, &y);
@@ -59,7 +59,7 @@ TEST(LanesMath, HyperbolicTangentAgreesWithTheStandardLibrary) {
 
 TEST(LanesMath, NonsenseStaysVisible) {
   const double nan = std::nan("");
-  Lanes x = {nan, -1, 0, 1}, e, l, t;
+  VectorizedDouble x = {nan, -1, 0, 1}, e, l, t;
   exponential(&x, &e);
   logarithm(&x, &l);
   hyperbolic_tangent(&x, &t);

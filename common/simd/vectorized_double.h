@@ -9,7 +9,7 @@ namespace heartbus::fem {
 /// AVX-512, but GCC 12 takes vectors to pieces, element by element through memory, where they are wider than the
 /// registers.
 inline constexpr unsigned n_lanes = 4;
-typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
+typedef double VectorizedDouble __attribute__((vector_size(n_lanes * sizeof(double))));
 
 /// Put in front of a kernel's entry point: the compiler makes a version for each listed machine and the program picks
 /// one when it starts. The levels name instruction sets; a clone for "arch=skylake-avx512" would serve that one
@@ -21,12 +21,12 @@ typedef double Lanes __attribute__((vector_size(n_lanes * sizeof(double))));
 #endif
 #define HEARTBUS_INLINE inline __attribute__((always_inline))
 
-HEARTBUS_INLINE Lanes lanes(double value) { return Lanes{} + value; }
+HEARTBUS_INLINE VectorizedDouble lanes(double value) { return VectorizedDouble{} + value; }
 
 /// Applies a scalar function lane by lane.
 template <class Function>
-HEARTBUS_INLINE Lanes by_lane(const Lanes &x, Function function) {
-  Lanes y;
+HEARTBUS_INLINE VectorizedDouble by_lane(const VectorizedDouble &x, Function function) {
+  VectorizedDouble y;
   for (unsigned i = 0; i < n_lanes; ++i)
     y[i] = function(x[i]);
   return y;

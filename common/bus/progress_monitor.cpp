@@ -1,4 +1,4 @@
-#include "common/bus/crew.h"
+#include "common/bus/progress_monitor.h"
 
 #include "common/bus/protocol.h"
 #include "common/bus/waiting.h"
@@ -12,19 +12,19 @@ namespace heartbus::bus {
 namespace {
 
 bool waits_for_others(const Command &command) {
-  return command.kind == Command::Kind::receive || command.kind == Command::Kind::take_turn;
+  return command.kind == Command::Kind::receive || command.kind == Command::Kind::wait;
 }
 
 } // namespace
 
-void Crew::sent(const std::string &participant, const std::vector<Command> &commands) {
+void ProgressMonitor::sent(const std::string &participant, const std::vector<Command> &commands) {
   Work &work = work_[participant];
   if (work.commands.empty())
     work.since = std::chrono::steady_clock::now();
   work.commands.insert(work.commands.end(), commands.begin(), commands.end());
 }
 
-void Crew::executed_one(const std::string &participant) {
+void ProgressMonitor::executed_one(const std::string &participant) {
   Work &work = work_[participant];
   const Command &command = work.commands.front();
   last_step_ = command.step.number;
@@ -32,20 +32,20 @@ void Crew::executed_one(const std::string &participant) {
     ++under_way_[{"", "", command.route}];
   if (command.kind == Command::Kind::receive)
     --under_way_[{"", "", command.route}];
-  if (command.kind == Command::Kind::pass_turn)
+  if (command.kind == Command::Kind::notify)
     ++under_way_[{participant, command.task, -1}];
-  if (command.kind == Command::Kind::take_turn)
+  if (command.kind == Command::Kind::wait)
     --under_way_[{command.task, participant, -1}];
   work.commands.pop_front();
   work.since = std::chrono::steady_clock::now();
 }
 
-bool Crew::idle(const std::string &participant) const {
+bool ProgressMonitor::idle(const std::string &participant) const {
   const auto work = work_.find(participant);
   return work == work_.end() || work->second.commands.empty();
 }
 
-int Crew::step() const {
+int ProgressMonitor::step() const {
   int first = std::numeric_limits<int>::max();
   for (const auto &[participant, work] : work_)
     if (!work.commands.empty() && work.commands.front().step.number > 0)
@@ -53,7 +53,7 @@ int Crew::step() const {
   return first == std::numeric_limits<int>::max() ? last_step_ : first;
 }
 
-void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
+void ProgressMonitor::watch(double seconds, const std::vector<RouteName> &routes) const {
   const auto now = std::chrono::steady_clock::now();
   for (const auto &[participant, work] : work_) {
     if (work.commands.empty() || waits_for_others(work.commands.front()) ||
@@ -65,8 +65,8 @@ void Crew::watch(double seconds, const std::vector<RouteName> &routes) const {
   }
 }
 
-std::string Crew::why_late(std::string participant, const std::vector<RouteName> &routes,
-                           const std::string &alive) const {
+std::string ProgressMonitor::why_late(std::string participant, const std::vector<RouteName> &routes,
+                                      const std::string &alive) const {
   std::string chain;
   for (std::size_t link = 0; link <= work_.size(); ++link) {
     if (idle(participant))
@@ -74,7 +74,7 @@ std::string Crew::why_late(std::string participant, const std::vector<RouteName>
     const Command &command = work_.at(participant).commands.front();
     if (!waits_for_others(command))
       return chain + "; " + participant + " is busy with " + kind_of_work(command) + ", " + describe(command.step);
-    const bool takes_turn = command.kind == Command::Kind::take_turn;
+    const bool takes_turn = command.kind == Command::Kind::wait;
     const std::string what = takes_turn ? "its turn" : "'" + routes.at(command.route).field + "'",
                       from = takes_turn ? command.task : routes.at(command.route).from;
     const auto sent =

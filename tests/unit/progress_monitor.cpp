@@ -1,4 +1,4 @@
-#include "common/bus/crew.h"
+#include "common/bus/progress_monitor.h"
 
 #include "common/bus/waiting.h"
 
@@ -16,10 +16,10 @@ const Step step{3, 0, 6e-4, 2e-4};
 
 } // namespace
 
-TEST(Crew, FollowsWhoWaitsForWhomToTheOneToBlame) {
-  Crew crew;
+TEST(ProgressMonitor, FollowsWhoWaitsForWhomToTheOneToBlame) {
+  ProgressMonitor crew;
   crew.sent("mech", {{Kind::receive, "", 0, step}});
-  crew.sent("ep", {{Kind::take_turn, "fluid", -1, step}, {Kind::solve, "", -1, step}});
+  crew.sent("ep", {{Kind::wait, "fluid", -1, step}, {Kind::solve, "", -1, step}});
   crew.sent("fluid", {{Kind::prepare, "", -1, step}});
   EXPECT_EQ(crew.why_late("mech", routes),
             "; mech itself waits for 'calcium' from ep; ep itself waits for its turn from fluid; fluid is busy with "
@@ -32,17 +32,17 @@ TEST(Crew, FollowsWhoWaitsForWhomToTheOneToBlame) {
   EXPECT_EQ(crew.why_late("ep", routes), "; ep has not been ordered to do anything more");
 }
 
-TEST(Crew, RecognisesThoseWhoWaitForEachOther) {
-  Crew crew;
+TEST(ProgressMonitor, RecognisesThoseWhoWaitForEachOther) {
+  ProgressMonitor crew;
   crew.sent("mech", {{Kind::receive, "", 0, step}});
-  crew.sent("ep", {{Kind::take_turn, "mech", -1, step}});
+  crew.sent("ep", {{Kind::wait, "mech", -1, step}});
   EXPECT_EQ(crew.why_late("ep", routes),
             "; ep itself waits for its turn from mech; mech itself waits for 'calcium' from ep; ep itself waits for "
             "its turn from mech: they wait for each other");
 }
 
-TEST(Crew, BlamesWhoDoesNotTakeWhatHasBeenSent) {
-  Crew crew;
+TEST(ProgressMonitor, BlamesWhoDoesNotTakeWhatHasBeenSent) {
+  ProgressMonitor crew;
   const std::vector<RouteName> both{{"ep", "mech", "calcium"}, {"mech", "ep", "stretch"}};
   crew.sent("ep", {{Kind::send, "", 0, step}, {Kind::receive, "", 1, step}});
   crew.sent("mech", {{Kind::receive, "", 0, step}, {Kind::send, "", 1, step}});
@@ -57,17 +57,17 @@ TEST(Crew, BlamesWhoDoesNotTakeWhatHasBeenSent) {
   EXPECT_EQ(crew.why_late("ep", both), chain + "mech is busy with send, step 3, iteration 0");
 }
 
-TEST(Crew, BlamesWhoDoesNotTakeItsTurn) {
-  Crew crew;
-  crew.sent("mech", {{Kind::pass_turn, "ep", -1, step}, {Kind::receive, "", 0, step}});
-  crew.sent("ep", {{Kind::take_turn, "mech", -1, step}});
+TEST(ProgressMonitor, BlamesWhoDoesNotTakeItsTurn) {
+  ProgressMonitor crew;
+  crew.sent("mech", {{Kind::notify, "ep", -1, step}, {Kind::receive, "", 0, step}});
+  crew.sent("ep", {{Kind::wait, "mech", -1, step}});
   crew.executed_one("mech");
   EXPECT_EQ(crew.why_late("ep", routes), "; ep does not take its turn, which mech has sent: its rank 0 is stopped or "
                                          "stuck");
 }
 
-TEST(Crew, IsLateWithACommandButNotWithAWait) {
-  Crew crew;
+TEST(ProgressMonitor, IsLateWithACommandButNotWithAWait) {
+  ProgressMonitor crew;
   crew.sent("mech", {{Kind::receive, "", 0, step}, {Kind::solve, "", -1, step}});
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_NO_THROW(crew.watch(0.01, routes)) << "it waits for others";
