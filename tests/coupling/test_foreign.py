@@ -1,5 +1,6 @@
 """A program of somebody else that does something wrong ends the launch: one message with the culprit, its code, nobody left.
 What does not fit between two programs is in test_conformance.py."""
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -121,6 +122,7 @@ class Foreign(unittest.TestCase):
             with self.subTest(what):
                 self.assert_ends(run, code, parts)
 
+    @unittest.skipUnless(shutil.which("gfortran"), "there is no gfortran here")
     def test_a_crash_in_fortran_names_the_program_and_the_signal(self):
         (self.folder / "crash.f90").write_text(textwrap.dedent(CRASH))
         modules = [SHARE / "fortran" / file for file in ("heartbus_c.f90", "heartbus.f90")]
