@@ -20,7 +20,8 @@ class LiftingProblem {
  public:
   LiftingProblem(const fem::LagrangeSpace &space, const Parameters &parameters);
 
-  /// Lifts the values that `motion` (three components a node) has on the interface; all others are the first guess.
+  /// Lifts the values that `ale_displacement` (three components a node) has on the interface; all others are
+  /// the first guess.
   /// Returns the iterations of all components. Throws Failure(not_finite) naming the cell when det F <= 0 somewhere.
   unsigned lift(fem::Vector &ale_displacement);
 

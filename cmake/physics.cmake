@@ -20,16 +20,20 @@ endif()
 add_library(heartbus_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cpp)
 target_link_libraries(heartbus_pch PUBLIC heartbus_options heartbus_dealii MPI::MPI_CXX)
 target_precompile_headers(heartbus_pch PRIVATE ${CMAKE_SOURCE_DIR}/cmake/pch.h)
-# What ccache takes for the content of the precompiled header: whatever decides it. So nobody reads its 800 MB once for
-# each file, and all build folders share what is compiled.
+# What ccache takes for the content of the precompiled header: the compiler, its flags, all headers of deal.II, and the
+# versions of what is below it. So nobody reads the 800 MB once for each file, and all build folders share what is compiled.
 set(pch_inputs ${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS}
     ${CMAKE_CXX_FLAGS_RELEASE} ${CMAKE_CXX_FLAGS_DEBUG})
 list(GET DEAL_II_INCLUDE_DIRS 0 dealii_headers)
-foreach(header ${CMAKE_SOURCE_DIR}/cmake/pch.h ${dealii_headers}/deal.II/base/config.h
-        ${dealii_headers}/trilinos/Trilinos_version.h ${MPI_CXX_HEADER_DIR}/mpi.h)
+file(GLOB_RECURSE pch_headers ${dealii_headers}/deal.II/*.h)
+list(APPEND pch_headers ${CMAKE_SOURCE_DIR}/cmake/pch.h ${dealii_headers}/trilinos/Trilinos_version.h
+     ${dealii_headers}/boost/version.hpp ${MPI_CXX_HEADER_DIR}/mpi.h)
+foreach(header ${pch_headers})
   if(EXISTS ${header})
     file(SHA256 ${header} sum)
     list(APPEND pch_inputs ${sum})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
   endif()
 endforeach()
+string(SHA256 pch_inputs "${pch_inputs}")
 file(WRITE ${CMAKE_BINARY_DIR}/CMakeFiles/heartbus_pch.dir/cmake_pch.hxx.gch.sum "${pch_inputs}")

@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 namespace {
 
 constexpr const char *file_name = "manifest.json";
-constexpr int format = 1; ///< of the whole set; goes up when states of before cannot be read any more
+constexpr int format = 2; ///< of the whole set; goes up when states of before cannot be read any more
 
 /// Of what the manifest says, however it is laid out.
 std::string checksum_of(ordered_json manifest) {

@@ -52,7 +52,8 @@ class NavierStokesProblem {
   /// Adds a valve or an opening; closed at first.
   Orifice &add_orifice(const std::string &label, double pressure, double resistance);
 
-  /// u = 0, p = p0 on the mesh moved by `motion` (three components a node), which is taken as the old motion as well.
+  /// u = 0, p = p0 on the mesh moved by `ale_displacement` (three components a node), which is taken as the old one as
+  /// well.
   void start(const fem::Vector &ale_displacement);
   /// The old states and the old motion, to be saved or loaded at the owned nodes. Orifices are open or closed as they
   /// were in the step that led here.

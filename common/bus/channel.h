@@ -12,10 +12,10 @@
 namespace heartbus::bus {
 
 /// Where the messages of one rank to one other on one route lie, one after another: n numbers each, two in turn, so
-/// that the sender may write one while the receiver has yet to read the one before. On one node both see the same slot
-/// and nothing is copied in between; from node to node each has its own, the first message of which MPI carries.
+/// that the sender may write one while the receiver has yet to read the one before. On one node both see the same
+/// buffer and nothing is copied in between; from node to node each has its own, the first message of which MPI carries.
 struct MessageBuffer {
-  alignas(64) std::atomic<std::uint32_t> shared; ///< the sender sees this very slot
+  alignas(64) std::atomic<std::uint32_t> shared; ///< the sender sees this very buffer
   std::atomic<std::uint32_t> sent;               ///< messages so far
   std::atomic<std::uint32_t> wanted;             ///< the sender sleeps until one is taken
   alignas(64) std::atomic<std::uint32_t> taken;  ///< messages so far
@@ -30,13 +30,13 @@ struct MessageBuffer {
   static std::size_t pitch(std::size_t n) { return (n + 7) / 8 * 8; }
 };
 
-/// How the sender finds the receiver's slot.
+/// How the sender finds the receiver's buffer.
 struct BufferAddress {
   SharedMemory::Ticket memory;
   std::uint64_t offset = 0;
 };
 
-/// The sending end. Of the slot it is told by the receiver; until then it is not free.
+/// The sending end. Of the buffer it is told by the receiver; until then it is not free.
 class OutgoingChannel {
  public:
   OutgoingChannel(const World &world, int route, Peer peer, std::size_t n_numbers);
@@ -57,10 +57,10 @@ class OutgoingChannel {
   Peer peer_;
   std::size_t n_numbers_;
   std::unique_ptr<BufferAddress> address_; ///< MPI writes here
-  std::unique_ptr<SharedMemory> memory_;   ///< of the slot: the receiver's or its own
+  std::unique_ptr<SharedMemory> memory_;   ///< of the buffer: the receiver's or its own
   MessageBuffer *buffer_ = nullptr;
   bool is_shared_ = false;                 ///< with the receiver
-  MPI_Request request_ = MPI_REQUEST_NULL; ///< of the address, then of messages unless the slot is shared
+  MPI_Request request_ = MPI_REQUEST_NULL; ///< of the address, then of messages unless the buffer is shared
 };
 
 /// The receiving end, always ready for the next message.

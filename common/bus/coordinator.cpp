@@ -389,7 +389,7 @@ Report Coordinator::wait_report(const std::string &participant) {
   WaitHistory &history = all.histories[participant];
   const int root = all.world.ranks_of(participant).front();
   history.callers = all.recorders.empty() ? Doorbells::only(root) : Doorbells::anybody;
-  // Slow participants are found by the watch over the crew, command by command.
+  // Slow participants are found by the monitor of their progress, command by command.
   constexpr double patience = 100;
   all.waiting.until(
       came,

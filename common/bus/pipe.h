@@ -38,7 +38,7 @@ struct Message {
   Bytes content;
 };
 
-/// Writes letters of any length; what finds no room goes later.
+/// Writes messages of any length; what finds no room goes later.
 class PipeWriter {
  public:
   explicit PipeWriter(Pipe &pipe) : pipe_(pipe) {}

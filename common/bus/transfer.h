@@ -52,7 +52,7 @@ class Incoming {
  private:
   int route_;
   unsigned components_;
-  SharedMemory memory_; ///< of all its slots
+  SharedMemory memory_; ///< of all its buffers
   std::vector<IncomingChannel> channels_;
   std::vector<WaitHistory> histories_; ///< by receipt within a step
   int step_ = 0;

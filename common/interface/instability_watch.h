@@ -22,8 +22,9 @@ class InstabilityWatch {
  public:
   explicit InstabilityWatch(double dt) : large_(1e6 * dt), huge_(1e7 * dt) {}
 
-  /// One more step: its disagreement [Pa], the same relative to the datum, whether it is one of Dirichlet-Neumann, and
-  /// the cosine of the angle between u - v and that of the step before. True: blood and wall run away from each other.
+  /// One more step: its kinematic jump alpha |u - v| [Pa], the same relative to the datum, whether it is one of
+  /// Dirichlet-Neumann, and the cosine of the angle between u - v and that of the step before. True: blood and wall
+  /// run away from each other.
   bool add(double kinematic_jump, double datum_residual = 0, bool dirichlet = false, double cosine = 0) {
     last_.push_back({kinematic_jump, cosine});
     if (last_.size() > n_steps)
@@ -31,14 +32,15 @@ class InstabilityWatch {
     larger_than_datum_ = datum_residual > 1 ? larger_than_datum_ + 1 : 0;
     if (kinematic_jump > huge_ && datum_residual > 10)
       return true;
-    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->kinematic_jump;
-    if (last_.size() == n_steps && lowest > 0.1 * large_ && datum_residual > 0.1 && count_turns() == n_steps &&
-        largest(3, 6) > 1.33 * largest(0, 3) && !dirichlet)
-      return true;
-    if (last_.size() < n_steps || !(lowest > large_))
+    if (last_.size() < n_steps)
       return false;
-    const bool grows = largest(3, 6) > 2 * largest(0, 3);
-    return dirichlet ? (grows && larger_than_datum_ > 0) || larger_than_datum_ >= 6 : grows || lowest > huge_;
+    const double lowest = std::min_element(last_.begin(), last_.end(), smaller)->kinematic_jump;
+    const double growth = largest(3, 6) / largest(0, 3);
+    if (dirichlet)
+      return lowest > large_ && ((growth > 2 && larger_than_datum_ > 0) || larger_than_datum_ >= 6);
+    const bool turns_and_grows = count_turns() == n_steps && growth > 4. / 3;
+    return (turns_and_grows && lowest > 0.1 * large_ && datum_residual > 0.1) ||
+           (lowest > large_ && (growth > 2 || lowest > huge_));
   }
 
   /// Whether u - v has turned round in most of the last steps, as it does where alpha is too large for a scheme without
@@ -67,12 +69,12 @@ class InstabilityWatch {
 struct Runaway {
   double kinematic_jump = 0;         ///< [Pa]
   double alpha = 0, alpha_limit = 0; ///< [kg/(m^2 s)]; a limit of 0 has not been estimated since a restart
-  bool alternates = false;           ///< the disagreement changes its sign from step to step
+  bool alternates = false;           ///< the jump changes its sign from step to step
   bool iterates = false;             ///< blood and wall are solved more than once a step
   bool automatic_alpha = false;
 };
 
-/// What is seen, and what may help: alpha where it is above its limit or the disagreement alternates, but not below
+/// What is seen, and what may help: alpha where it is above its limit or the jump alternates, but not below
 /// half the limit: what alternates there is driven by something else, e.g. by a tension beyond all hearts. The limit
 /// of iterations lies up to half above the border (docs/schemes.md), and they need not alternate. `pressure`: mean of
 /// the blood [Pa].

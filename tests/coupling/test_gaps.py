@@ -19,6 +19,7 @@ def slice_of(process, what, begin, end, step):
 def one_step(step, begin):
     """1000 us: a works from 0 to 400, b from 450 to 900 and, beside it, a again; the rest is bus and waiting."""
     return [slice_of(0, "solve", begin, begin + 400, step), slice_of(0, "send x", begin + 400, begin + 420, step),
+            slice_of(0, "notify b", begin + 420, begin + 425, step), slice_of(1, "wait a", begin + 400, begin + 440, step),
             slice_of(1, "receive x", begin - 80, begin + 440, step), slice_of(1, "solve", begin + 450, begin + 900, step),
             slice_of(0, "commit", begin + 460, begin + 500, step), slice_of(2, "step", begin, begin + 1000, step)]
 

@@ -144,8 +144,8 @@ def missing_rank(trial):
 
 
 def wrong_version(trial):
-    sets.seal(trial.sets / SETS[-1], format=2)
-    return refused(trial, "wrong version", [FILE], "latest", culprits=["is of format 2"])
+    sets.seal(trial.sets / SETS[-1], format=1)
+    return refused(trial, "wrong version", [FILE], "latest", culprits=["is of format 1"])
 
 
 ONE_RANK = {"coupler": "it has one rank"}

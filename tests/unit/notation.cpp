@@ -1,6 +1,7 @@
 // What a run prints of a scheme is what a scene may say.
 #include "coupler/sequence/notation.h"
 #include "coupler/sequence/vocabulary.h"
+#include "tests/unit/all_schemes.h"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -10,19 +11,23 @@ using namespace heartbus::coupler;
 
 namespace {
 
-std::vector<CouplingParameters> all_schemes() {
-  std::vector<CouplingParameters> all;
-  for (const char *name :
-       {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"}) {
-    CouplingParameters coupling;
-    coupling.scheme = name;
-    coupling.iterations = coupling.iterates() ? 3 : 1;
-    all.push_back(coupling);
-  }
+/// And one that iterates to a tolerance.
+std::vector<CouplingParameters> schemes_and_one_with_tolerance() {
+  std::vector<CouplingParameters> all = all_schemes();
   CouplingParameters converged = all[2];
   converged.tolerance = 1.2345678901e-8;
   all.push_back(converged);
   return all;
+}
+
+/// The one gives the other its calcium.
+std::pair<bus::ParticipantInfo, bus::ParticipantInfo> ep_and_fluid() {
+  bus::ParticipantInfo ep, fluid;
+  ep.name = "ep";
+  ep.fields = {{"calcium", "tissue", "uM", "n+1", 1, true}};
+  fluid.name = "fluid";
+  fluid.fields = {{"calcium", "tissue", "uM", "", 1, false}};
+  return {ep, fluid};
 }
 
 SceneParameters scene_with(const std::string &sequence) {
@@ -84,7 +89,7 @@ TEST(Notation, ASchemeIsPrintedLineByLineAsItIsDefined) {
 }
 
 TEST(Notation, WhatARunPrintsOfASchemeIsThatSchemeInAScene) {
-  for (const auto &coupling : all_schemes()) {
+  for (const auto &coupling : schemes_and_one_with_tolerance()) {
     const std::string printed = to_yaml(scheme(coupling));
     const SceneParameters scene = scene_with(indented(printed));
     expect_equal(scheme(scene.coupling), scheme(coupling));
@@ -95,7 +100,7 @@ TEST(Notation, WhatARunPrintsOfASchemeIsThatSchemeInAScene) {
 }
 
 TEST(Notation, TheResolvedSceneSaysTheSameScheme) {
-  for (const auto &coupling : all_schemes()) {
+  for (const auto &coupling : schemes_and_one_with_tolerance()) {
     const SceneParameters scene = scene_with(indented(to_yaml(scheme(coupling))));
     const SceneParameters again = read_scene(print_scene(scene), "scene.resolved.yaml");
     expect_equal(scheme(again.coupling), scheme(coupling));
@@ -146,11 +151,7 @@ TEST(Notation, ASchemeNeedsAStepAndSaysItselfHowOften) {
 }
 
 TEST(Notation, WhatALineOfTheSceneNamesAndNobodyHasIsToldAtOnce) {
-  bus::ParticipantInfo ep, fluid;
-  ep.name = "ep";
-  ep.fields = {{"calcium", "tissue", "uM", "n+1", 1, true}};
-  fluid.name = "fluid";
-  fluid.fields = {{"calcium", "tissue", "uM", "", 1, false}};
+  auto [ep, fluid] = ep_and_fluid();
   fluid.tasks = {"budget"};
   fluid.scalars = {{"volume_loss", "1", {}}};
   const SceneParameters scene = scene_with(R"(
@@ -177,12 +178,8 @@ TEST(Notation, WhatALineOfTheSceneNamesAndNobodyHasIsToldAtOnce) {
 }
 
 TEST(Notation, AStepThatDoesNotFitIsToldAtThePlaceOfItsLine) {
-  bus::ParticipantInfo ep, fluid;
-  ep.name = "ep";
-  ep.fields = {{"calcium", "tissue", "uM", "n+1", 1, true}};
-  fluid.name = "fluid";
-  fluid.fields = {{"calcium", "tissue", "uM", "", 1, false}};
-  const auto complaint = [&](const std::string &lines) -> std::string {
+  auto [ep, fluid] = ep_and_fluid();
+  const auto complaint = [&, ep = ep, fluid = fluid](const std::string &lines) -> std::string {
     const SceneParameters scene = scene_with("\n    step:" + lines);
     try {
       check(make_sequence(scene.coupling, 0.2e-3), {ep, fluid});

@@ -4,6 +4,7 @@
 #include "coupler/sequence/passes.h"
 #include "coupler/sequence/notation.h"
 #include "coupler/sequence/sequence_runner.h"
+#include "tests/unit/all_schemes.h"
 
 #include <deque>
 #include <functional>
@@ -201,18 +202,6 @@ class Machine {
   std::map<std::string, int> ordered_;
   int now_ = 0, most_steps_ahead_ = 0;
 };
-
-std::vector<CouplingParameters> all_schemes() {
-  std::vector<CouplingParameters> all;
-  for (const char *name :
-       {"EFS1", "EFS1-corrected", "E1FS", "adaptive", "by_phase", "E1FSinf", "one_way", "circulation"}) {
-    CouplingParameters coupling;
-    coupling.scheme = name;
-    coupling.iterations = coupling.iterates() ? 3 : 1;
-    all.push_back(coupling);
-  }
-  return all;
-}
 
 constexpr int n_steps = 4;
 

@@ -164,7 +164,7 @@ def trace_of_steps(runs):
     file = runs[0].folder / "trace.json"
     if len(runs) > 1 or not file.exists():
         return None
-    commands = [each for each in trace.slices(file) if each.what.split(":")[0] in trace.COMMANDS]
+    commands = [each for each in trace.slices(file) if trace.is_work(each)]
     first = trace.usual_step(commands)
     shown = [each for each in commands if each.step in (first, first + 1)]
     if not shown:

@@ -10,7 +10,6 @@ import json
 from dataclasses import dataclass
 
 COMMANDS = ("prepare", "solve", "commit", "task")  # of the solver; its own sections lie within them
-BUS = ("send", "receive", "report", "idle", "pass_turn", "take_turn", "connect", "trace", "save", "refresh")
 REFRESH = 20  # steps: TimeControl::refresh_interval
 
 
@@ -45,7 +44,7 @@ def usual_step(commands):
 
 
 def is_work(each):
-    return not each.what.startswith(BUS)
+    return each.what.split(":")[0] in COMMANDS
 
 
 def spans_of_work(found):
