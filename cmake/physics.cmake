@@ -10,11 +10,32 @@ target_include_directories(heartbus_dealii SYSTEM INTERFACE ${DEAL_II_INCLUDE_DI
 # deal.II's headers call into the libraries behind it (Trilinos, TBB, p4est); let the linker find them through deal.II.
 target_link_options(heartbus_dealii INTERFACE -Wl,--copy-dt-needed-entries)
 if(CMAKE_BUILD_TYPE STREQUAL "Debug")
-  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_DEBUG})
+  set(dealii ${DEAL_II_TARGET_DEBUG})
   target_compile_definitions(heartbus_dealii INTERFACE DEBUG BOOST_NO_AUTO_PTR)
 else()
-  target_link_libraries(heartbus_dealii INTERFACE ${DEAL_II_TARGET_RELEASE})
+  set(dealii ${DEAL_II_TARGET_RELEASE})
   target_compile_definitions(heartbus_dealii INTERFACE BOOST_NO_AUTO_PTR)
+endif()
+target_link_libraries(heartbus_dealii INTERFACE ${dealii})
+
+# Nobody here uses what deal.II has for CAD (OpenCASCADE), nor Gmsh's own functions, nor Assimp, but each rank would read them at
+# its start, with all that they need: docs/decisions/018-what-is-not-loaded.md.
+include(GNUInstallDirs)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+set(not_loaded ${CMAKE_INSTALL_LIBDIR}/heartbus)
+find_library(HEARTBUS_DEALII NAMES ${dealii} HINTS ${DEAL_II_PATH}/${DEAL_II_LIBRARY_RELDIR} REQUIRED)
+mark_as_advanced(HEARTBUS_DEALII)
+execute_process(COMMAND ${Python3_EXECUTABLE} ${CMAKE_SOURCE_DIR}/cmake/empty_libraries.py ${CMAKE_C_COMPILER}
+  ${HEARTBUS_DEALII} ${PROJECT_BINARY_DIR}/${not_loaded} libTK libgmsh libassimp OUTPUT_VARIABLE empty_libraries
+  COMMAND_ERROR_IS_FATAL ANY)
+if(empty_libraries)
+  # One item, so that they stay behind deal.II, among whose symbols the loader looks most often.
+  target_link_libraries(heartbus_dealii INTERFACE
+    "-Wl,--push-state,--no-as-needed,${empty_libraries},--pop-state,--allow-shlib-undefined")
+  list(APPEND CMAKE_BUILD_RPATH "\$ORIGIN/../${not_loaded}")
+  list(APPEND CMAKE_INSTALL_RPATH "\$ORIGIN/../${not_loaded}")
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/${not_loaded} DESTINATION ${CMAKE_INSTALL_LIBDIR} USE_SOURCE_PERMISSIONS)
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/${not_loaded})
 endif()
 
 add_library(heartbus_pch OBJECT ${CMAKE_SOURCE_DIR}/cmake/pch.cpp)

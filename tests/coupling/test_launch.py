@@ -35,6 +35,14 @@ class Launches(unittest.TestCase):
     def tearDown(self):
         self.temporary.cleanup()
 
+    def test_a_solver_does_not_load_what_deal_ii_has_for_cad(self):
+        for program in ("ep_solver", "mech_solver", "ale_solver", "fluid_solver", "fsi_solver"):
+            loaded = subprocess.run(["ldd", BIN / program], stdout=subprocess.PIPE, text=True, check=True).stdout
+            self.assertIn("libdeal.ii", loaded)
+            self.assertNotRegex(loaded, "libTKV3d|libfltk|libjasper")  # which OpenCASCADE, Gmsh and Gmsh need
+            for name, path in re.findall(r"(libTK\w+|libgmsh|libassimp)[.\d so]* => (\S+)", loaded):
+                self.assertTrue(Path(path).resolve().parent.match("heartbus"), f"{name} of {program} is {path}")
+
     def test_every_scene_of_the_project_is_valid(self):
         for scene in sorted(set(SOURCE.glob("configs/**/*.yaml")) - set(SOURCE.glob("configs/studies/*"))):
             with self.subTest(scene.name):

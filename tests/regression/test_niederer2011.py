@@ -42,7 +42,7 @@ class Niederer2011(unittest.TestCase):
         words = [word for setting in settings for word in ("--set", setting)]
         arguments = [BIN / "coupler", SCENE, *words, "--out", temporary.name]
         line = subprocess.run([*arguments, "--launch-line"], check=True, capture_output=True, text=True).stdout
-        subprocess.run(["mpirun", *shlex.split(line)], check=True, timeout=600, stdout=subprocess.DEVNULL)
+        subprocess.run(["mpirun", "--oversubscribe", *shlex.split(line)], check=True, timeout=600, stdout=subprocess.DEVNULL)
         return temporary.name
 
     def test_wave_arrives_between_eleven_codes_at_the_same_spacing_and_at_half_of_it(self):
