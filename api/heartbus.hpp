@@ -3,7 +3,7 @@
 //     int main() {
 //       return heartbus::participate("ep", "my_ep", [](heartbus::Bus &bus) {
 //         ... bus.points, bus.output, bus.input, bus.task, bus.scalar ...
-//         while (const heartbus::Order order = bus.next())
+//         while (const heartbus::Order order = bus.next()) // or heartbus::serve(bus, solver)
 //           if (order.what == HEARTBUS_SOLVE)
 //             ...
 //       });
@@ -106,6 +106,35 @@ class Bus {
   heartbus_bus *bus_;
   std::vector<Set> sets_;
 };
+
+/// What is done at each order, for `serve`; what is not overridden is passed over.
+class Solver {
+ public:
+  virtual ~Solver() = default;
+  virtual void prepare(const Order &) {}
+  virtual void solve(const Order &) = 0;
+  virtual void commit(const Order &) {}
+  virtual void task(const Order &) {}
+  virtual void save(const Order &) {}
+  virtual void load(const Order &) {}
+  virtual void refresh(const Order &) {}
+  virtual void finish(const Order &) {}
+};
+
+/// The loop over the orders, to the end of the run.
+inline void serve(Bus &bus, Solver &solver) {
+  while (const Order order = bus.next())
+    switch (order.what) {
+    case HEARTBUS_PREPARE: solver.prepare(order); break;
+    case HEARTBUS_SOLVE: solver.solve(order); break;
+    case HEARTBUS_COMMIT: solver.commit(order); break;
+    case HEARTBUS_TASK: solver.task(order); break;
+    case HEARTBUS_SAVE: solver.save(order); break;
+    case HEARTBUS_LOAD: solver.load(order); break;
+    case HEARTBUS_REFRESH: solver.refresh(order); break;
+    case HEARTBUS_FINISH: solver.finish(order); break;
+    }
+}
 
 /// Joins, runs `body` and leaves; an exception ends the launch with its message. Returns the exit code of the program.
 template <class Body>

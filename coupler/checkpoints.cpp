@@ -84,7 +84,9 @@ CheckpointSet latest_of(const fs::path &results, const std::string &scene) {
     } catch (const Failure &failure) {
       passed_over.push_back(failure.what());
     }
-  std::string reasons;
+  std::string reasons = passed_over.empty() && fs::exists(results / "history.csv")
+                            ? "; the run there saved none (key 'output.checkpoint.every')"
+                            : "";
   for (const auto &reason : passed_over)
     reasons += "; " + reason;
   throw Failure(ExitCode::file, "--restart: there is no complete checkpoint in " + (results / "checkpoints").string() +

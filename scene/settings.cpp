@@ -156,23 +156,39 @@ std::string why_unused(const std::vector<Use> &uses, const std::string &path) {
 
 std::string last_word(const std::string &path) { return path.substr(path.rfind('.') + 1); }
 
-/// What could be meant by a key: used keys that contain its last word, else the nearest ones by spelling.
-std::string hint(const std::string &key, const Words &paths) {
-  Words containing, ends;
+/// Paths whose last word contains the key's, or is the same.
+Words alike(const std::string &key, const Words &paths) {
+  const std::string word = last_word(key);
+  Words found;
+  for (const auto &path : paths)
+    if (path != key &&
+        (last_word(path) == word || (word.size() > 3 && last_word(path).find(word) != std::string::npos)))
+      found.push_back(path);
+  return found;
+}
+
+/// The path, or the end of one as long as the key, that is spelled nearly so; empty when none is.
+std::string nearest_end(const std::string &key, const Words &paths) {
+  Words ends;
   const std::size_t n = std::count(key.begin(), key.end(), '.');
   for (const auto &path : paths) {
-    const std::string word = last_word(path);
-    if (last_word(key).size() > 3 && word != last_word(key) && word.find(last_word(key)) != std::string::npos)
-      containing.push_back(path);
     std::size_t begin = path.size();
     for (std::size_t k = 0; k <= n && begin != std::string::npos; ++k)
       begin = begin == 0 ? std::string::npos : path.rfind('.', begin - 1);
     ends.push_back(begin == std::string::npos ? path : path.substr(begin + 1));
   }
-  const std::string near = config::nearest(key, ends);
-  if (!near.empty())
-    return "; did you mean '" + near + "'?";
-  return containing.empty() ? "." : "; did you mean " + config::joined(containing) + "?";
+  return config::nearest(key, ends);
+}
+
+/// What could be meant by a key: a few whose last word is alike, else, of a key that is unknown, the nearest one by
+/// spelling.
+std::string hint(const std::string &key, const Words &paths, bool is_known) {
+  constexpr std::size_t few = 4;
+  const Words found = alike(key, paths);
+  if (!found.empty() && found.size() <= few)
+    return "; did you mean " + config::joined(found) + "?";
+  const std::string near = is_known ? "" : nearest_end(key, paths);
+  return near.empty() ? "." : "; did you mean '" + near + "'?";
 }
 
 Words used_of(const SceneParameters &scene, const Words &paths) {
@@ -222,7 +238,8 @@ Setting parsed(const std::string &text, const Words &paths) {
   if (setting.candidates.empty() && is_free)
     setting.candidates = {setting.key};
   if (setting.candidates.empty())
-    refuse(setting, "the key is unknown" + hint(setting.key, paths) + " 'coupler --print-defaults' lists all keys");
+    refuse(setting,
+           "the key is unknown" + hint(setting.key, paths, false) + " 'coupler --print-defaults' lists all keys");
   return setting;
 }
 
@@ -268,7 +285,7 @@ std::vector<Change> lay_over(config::Node &root, const Words &texts,
   std::vector<Change> changes;
   for (const Setting &setting : settings) {
     if (const std::string why = why_unused(uses, setting.path); !why.empty())
-      refuse(setting, "this scene does not use '" + setting.path + "': " + why + hint(setting.key, used));
+      refuse(setting, "this scene does not use '" + setting.path + "': " + why + hint(setting.path, used, true));
     changes.push_back({setting.path, shortest_end(setting.path, used), setting.value});
   }
   return changes;

@@ -1,6 +1,7 @@
 #include "stand_in/roles.h"
 
 #include "common/base/failure.h"
+#include "common/bus/solver.h"
 
 #include <map>
 
@@ -15,8 +16,12 @@ const Role &role(const std::string &name) {
          {"held", "interface", 3, "1", true},
          {"displacement", "interface", 3, "m", true, 0, 1e-6},
          {"wall_velocity", "interface", 3, "m/s", true, 0, 1e-4},
-         {"wall_force", "interface", 3, "N", true, 0, 1e-6}},
-        {"inflate"}}},
+         {"wall_force", "interface", 3, "N", true, 0, 1e-6},
+         {"cavity_volume", bus::Declaration::global, 1, "m^3", true, 120e-6, 1e-6},
+         {"cavity_compliance", bus::Declaration::global, 1, "m^3/Pa", true, 2e-8},
+         {"cavity_pressure_guess", bus::Declaration::global, 1, "Pa", true, 1333},
+         {"cavity_pressure", bus::Declaration::global, 1, "Pa", false}},
+        {"inflate", "press"}}},
       {"ale", {{{"displacement", "interface", 3, "m", false}, {"mesh_motion", "cavity", 3, "m", true, 0, 1e-6}}, {}}},
       {"fluid",
        {{{"mesh_motion", "cavity", 3, "m", false},

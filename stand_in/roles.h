@@ -5,7 +5,7 @@
 
 namespace heartbus::stand_in {
 
-/// A field of a role: small values about an offset, whose tone depends on place and time.
+/// A field of a role: small values about an offset, whose tone depends on place and time; of a global one on time only.
 struct RoleField {
   std::string name, point_set;
   unsigned components;

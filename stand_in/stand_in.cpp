@@ -60,7 +60,9 @@ const std::vector<double> &StandIn::points(const std::string &name, bus::Declara
 
 void StandIn::declare(bus::Declaration &declaration) {
   for (const RoleField &field : role_.fields) {
-    const std::vector<double> &at = points(field.point_set, declaration);
+    static const std::vector<double> nowhere(3);
+    const std::vector<double> &at =
+        field.point_set == bus::Declaration::global ? nowhere : points(field.point_set, declaration);
     const std::size_t n = at.size() / 3 * field.components;
     if (field.output) {
       Values &output = outputs_.emplace_back(Values{&field, &at, std::vector<double>(n)});

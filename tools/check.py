@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Looks whether a program can take a part: launches it with partners that have no physics, on the smallest ventricle.
 
-    heartbus-check COMMAND --role ep|mech|ale|fluid [--ranks N]
+    heartbus-check COMMAND --role ep|mech|ale|fluid|fsi|circulation [--ranks N]
 
 COMMAND is what the scene would have: "python3 my_ep.py --fast", or a program of heartbus. Prints a table of all that can be
 looked at, "-" before what something else that is wrong hides; exit code 0 when all is well, 1 otherwise.
@@ -23,6 +23,8 @@ ROLES = {  # role: (its partners, scheme, field that is compared, who sends to i
     "mech": (["ep", "ale", "fluid"], "E1FS", "wall_velocity", "fluid"),
     "ale": (["mech", "fluid"], "EFS1", "mesh_motion", "mech"),
     "fluid": (["mech", "ale"], "E1FS", "blood_force", "mech"),
+    "fsi": (["ep", "ale"], "E1FSinf", "displacement", "ep"),
+    "circulation": (["mech"], "circulation", "cavity_pressure", "mech"),
 }
 CHECKS = ["joins", "declares what the role needs", "units", "points conform", "runs", "ends when told",
           "waits asleep", "iterations start from the old state", "a restart gives the same bits",
@@ -59,6 +61,11 @@ class Run:
         self.left = [p.parent.name for p in Path("/proc").glob("[0-9]*/environ") if has_mark(p, mark)]
 
     @property
+    def launched(self):
+        """Whether programs were started: what the coupler refuses before says error."""
+        return not any(line.startswith("error: ") for line in self.output.splitlines())
+
+    @property
     def cause(self):
         lines = [line for line in self.output.splitlines() if line.startswith(("heartbus: ", "error: "))]
         return lines[0].split(": ", 1)[1] if lines else self.output.strip().splitlines()[-1] if self.output.strip() else ""
@@ -85,7 +92,7 @@ class Check:
         self.partners, self.scheme, self.field, self.sender = ROLES[role]
 
     def scene(self, mischief="none", who=None):
-        participants = {name: None for name in ("ep", "mech", "ale", "fluid")}
+        participants = {name: None for name in ("ep", "mech", "ale", "fluid")}  # of the base
         for name in self.partners:
             wrong = name == who
             participants[name] = {"program": "stand_in", "ranks": 1, "settings": {
@@ -195,6 +202,8 @@ class Check:
 def blamed(run):
     """Which check a run that has failed belongs to."""
     text = run.output
+    if not run.launched:
+        return "joins"
     if run.code == 4:
         return "points conform"
     if any(words in text for words in ("without joining", "it was starting", "it was meeting", "all programs to meet",

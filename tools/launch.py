@@ -134,8 +134,9 @@ def run(words):
         print(script.line(plan, nodes, placed))
         return 0, None
     if is_finished(plan.folder) and not (options.force or goes_on(others)):
-        print(f"error: {plan.folder}: holds the results of a run; --force replaces them, --out FOLDER puts "
-              "these elsewhere, --restart goes on from them", file=sys.stderr)
+        goes_on_from = ", --restart goes on from them" if any(Path(plan.folder, "checkpoints").glob("[0-9]*")) else ""
+        print(f"error: {plan.folder}: holds the results of a run; --force replaces them, --out FOLDER puts these elsewhere"
+              f"{goes_on_from}", file=sys.stderr)
         return FILE, None
     return launch(plan, nodes, placed), plan
 

@@ -21,8 +21,8 @@ try:
 except ImportError as error:
     sys.exit(f"pictures need VTK and h5py for Python, and one is missing ({error}); in Debian: python3-vtk9, python3-h5py")
 
-from rendering import (Series, actor, arrows, bounds, compose, compose_rows, far_half, lattice, line, milliseconds, moved_bounds,
-                       opened, render, run, section, streamlines, surface, thinned, values_of, warped)
+from rendering import (Series, actor, arrows, bounds, compose, compose_rows, drawn_inwards, far_half, lattice, line, milliseconds,
+                       moved_bounds, opened, render, run, section, streamlines, surface, thinned, values_of, warped)
 from results import MMHG, History, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
@@ -47,7 +47,7 @@ def picture_fibres(mech, captions, path):
     grid = mech.grid(0, fibre=f, angle=angle)
     panels = []
     size = np.ptp(x, axis=0).max()
-    lines = streamlines(grid, "fibre", thinned(grid, 900), 0.2 * size, 0.0035 * size)
+    lines = streamlines(grid, "fibre", thinned(drawn_inwards(grid, 0.1), 2000), 0.2 * size, 0.0035 * size)
     for half, along, caption in zip((grid, far_half(grid)), (lines, far_half(lines)), captions):
         panels.append((render([actor(surface(half), colour=(0.93, 0.88, 0.86), opacity=0.15),
                                actor(surface(along), "angle", (-60, 60), "coolwarm")], bounds(x)), caption))

@@ -147,6 +147,22 @@ def thinned(data, n):
     return run(mask, data)
 
 
+def drawn_inwards(grid, share):
+    """The points, those on the surface moved by this share of the way to the middle of their cells, so that lines can begin."""
+    centres, average = vtk.vtkCellCenters(), vtk.vtkCellDataToPointData()
+    copy = vtk.vtkUnstructuredGrid()
+    copy.CopyStructure(grid)
+    middles = numpy_to_vtk(vtk_to_numpy(run(centres, grid).GetPoints().GetData()), deep=True)
+    middles.SetName("middle")
+    copy.GetCellData().AddArray(middles)
+    x = vtk_to_numpy(grid.GetPoints().GetData())
+    mean = vtk_to_numpy(run(average, copy).GetPointData().GetArray("middle"))
+    points, cloud = vtk.vtkPoints(), vtk.vtkPolyData()
+    points.SetData(numpy_to_vtk(x + share * (mean - x), deep=True))
+    cloud.SetPoints(points)
+    return cloud
+
+
 def lattice(grid, spacing, box):
     """The grid's fields on an even lattice of points in the plane of the section."""
     x, z = np.meshgrid(*(np.arange(box[0][c] + 0.5 * spacing, box[1][c], spacing) for c in (0, 2)))

@@ -5,15 +5,20 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Installs the packages of packages.txt that are missing; silent and offline when all are there.
 install_packages() {
   command -v dpkg-query > /dev/null || { echo "No Debian here: packages.txt lists what must be installed."; return; }
-  local wanted missing sudo=""
-  wanted=$(grep -v '^#' "$root/packages.txt" | sort)
-  missing=$(comm -23 <(echo "$wanted") \
-    <(dpkg-query -W -f='${Package} ${db:Status-Status}\n' $wanted 2> /dev/null | awk '$2 == "installed" {print $1}' | sort))
+  local wanted installed line choice missing="" sudo=""
+  wanted=$(grep -v '^#' "$root/packages.txt")
+  installed=" $(dpkg-query -W -f='${Package} ${db:Status-Status}\n' ${wanted//|/ } 2> /dev/null | awk '$2 == "installed" {print $1}' | xargs) "
+  for line in $wanted; do
+    for choice in ${line//|/ }; do
+      [[ $installed == *" $choice "* ]] && continue 2
+    done
+    missing+=" ${line%%|*}"
+  done
   [ -z "$missing" ] && return
   echo "Installing" $missing
   [ "$(id -u)" = 0 ] || sudo=sudo
   $sudo apt-get -q update
-  $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends $missing
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get -q -y install --no-install-recommends --no-remove $missing
 }
 
 # build [target...]: the Release build in build/release. Progress on a terminal, silence elsewhere, the log on an error.

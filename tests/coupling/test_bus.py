@@ -124,6 +124,14 @@ class Bus(unittest.TestCase):
         run = Run(sequence(), [1, DUMMY, "--name", "a"], [1, REPLAY, "--name", "a"])
         self.assert_cause(run, 3, "two programs claim the name 'a': coupling_dummy and replay")
 
+    def test_another_protocol_is_named(self):
+        old = ("import struct, numpy as np\nfrom mpi4py import MPI\ncontrol, data = MPI.COMM_WORLD.Dup(), MPI.COMM_WORLD.Dup()\n"
+               "sizes = np.empty(control.size, 'i')\ncontrol.Allgather(np.array([4], 'i'), sizes)\n"
+               "control.Allgatherv(struct.pack('i', 8), [bytearray(sizes.sum()), sizes.tolist(), MPI.BYTE])\n")
+        run = Run(sequence(), [1, DUMMY, "--name", "a"], [1, "/usr/bin/python3", "-c", old])
+        self.assertEqual(run.code, 3, run.err)
+        self.assertRegex(run.err, r"heartbus: rank 2 speaks protocol 8 of the bus instead of \d+: build all programs from the same source")
+
     def test_a_launch_without_coupler_is_refused(self):
         self.assert_cause(Run([2, DUMMY, "--name", "a"]), 3, "nobody in this launch is the coupler")
 

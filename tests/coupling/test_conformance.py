@@ -12,8 +12,9 @@ WRONG = [  # what the dummy does, the checks that it fails with the reason of ea
     ("other_unit", [("units", "is sent by fluid in 'mN', but expected by mech in 'N'")]),
     ("shifted", [("points conform", "is 0.00173205 m away")]),
     ("lingers", [("ends when told", "all participants to end")]),
-    ("accumulates forgets", [("iterations start from the old state", "of its range between two solves of step"),
-                             ("a restart gives the same bits", "after a restart from step 20")]),
+    ("spins", [("waits asleep", "of a core while it waits")]),
+    ("accumulates", [("iterations start from the old state", "of its range between two solves of step")]),
+    ("forgets", [("a restart gives the same bits", "after a restart from step 20")]),
     ("swallows", [("what is not finite is refused", "it goes on with NaN from mech")]),
 ]
 
@@ -23,7 +24,8 @@ def check(command, role):
                           stderr=subprocess.STDOUT, text=True, check=False)
 
 
-ROLES = ("ep", "mech", "ale", "fluid")
+OURS = {"ep": "ep_solver", "mech": "mech_solver", "ale": "ale_solver", "fluid": "fluid_solver", "fsi": "fsi_solver",
+        "circulation": "cavity_solver"}
 AT_ONCE = 3  # most of a check is sleep: partners that take their time, deadlines
 
 
@@ -32,7 +34,7 @@ class Conformance(unittest.TestCase):
     def setUpClass(cls):
         use_library()
         with ThreadPoolExecutor(AT_ONCE) as pool:
-            ours = {role: pool.submit(check, role + "_solver", role) for role in ROLES}
+            ours = {role: pool.submit(check, program, role) for role, program in OURS.items()}
             wrong = {mischief: pool.submit(check, f"{sys.executable} {SOURCE / 'tests/coupling/wrong_fluid.py'} {mischief}", "fluid")
                      for mischief, _ in WRONG}
         cls.ours, cls.wrong = ({key: run.result() for key, run in runs.items()} for runs in (ours, wrong))
@@ -57,10 +59,16 @@ class Conformance(unittest.TestCase):
                     self.assertTrue(line.startswith(f"NO  {check}: "), run.stdout)
                     self.assertIn(reason, line)
 
+    def test_a_program_that_is_not_there_does_not_join(self):
+        lines = check("no_such_program", "ep").stdout.splitlines()
+        self.assertRegex(lines[0], "NO  joins: .*no_such_program.*: there is no executable")
+        self.assertTrue(all(line.startswith("-   ") for line in lines[1:]), lines)
+
     def test_what_can_still_be_looked_at_is(self):
         words = {mischief: "".join(line[0] for line in run.stdout.splitlines()) for mischief, run in self.wrong.items()}
         self.assertEqual(words, {"stranger": "N-----------", "nameless": "yN----------", "other_unit": "yyN---------",
-                                 "shifted": "yyyN--------", "lingers": "yyyyyN---yyy", "accumulates forgets": "yyyyyyyNNyyy",
+                                 "shifted": "yyyN--------", "lingers": "yyyyyN---yyy", "spins": "yyyyyyNyyyyy", "accumulates": "yyyyyyyNyyyy",
+                                 "forgets": "yyyyyyyyNyyy",
                                  "swallows": "yyyyyyyyyNyy"})
 
 

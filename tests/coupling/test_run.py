@@ -101,6 +101,29 @@ class Words(Case):
             as_somebody = []
         return here, [*as_somebody, "env", "-u", "HEARTBUS_BIN", f"HOME={here}", root / "run"]
 
+    def installs(self, missing, instead=()):
+        """What would be installed on a machine that lacks some of the packages and has others instead."""
+        tools = self.folder / "package_tools"
+        tools.mkdir(exist_ok=True)
+        wanted = re.sub("^#.*$", "", (SOURCE / "packages.txt").read_text(), flags=re.M).replace("|", " ").split()
+        there = [name for name in wanted if name not in missing and name != "python3-paraview"] + list(instead)
+        for name, does in (("dpkg-query", "cat <<E\n" + "\n".join(f"{name} installed" for name in there) + "\nE"),
+                           ("apt-get", f'echo "$@" >> {tools}/asked'), ("sudo", '"$@"')):
+            (tools / name).write_text(f"#!/bin/sh\n{does}\n")
+            (tools / name).chmod(0o755)
+        (tools / "asked").write_text("")
+        subprocess.run(["bash", "-c", f"source {SOURCE}/tools/setup.sh; install_packages"], check=True, stdout=subprocess.DEVNULL,
+                       env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"})
+        return [line for line in (tools / "asked").read_text().splitlines() if "install" in line]
+
+    def test_what_is_missing_is_installed_and_nothing_removed_for_it(self):
+        self.assertEqual(self.installs([]), [])
+        self.assertEqual(self.installs(["python3-vtk9"], ["python3-paraview"]), [], "which exclude each other")
+        asked = self.installs(["cmake", "python3-vtk9"])
+        self.assertEqual(len(asked), 1)
+        self.assertEqual(asked[0].split()[-2:], ["cmake", "python3-vtk9"])
+        self.assertIn("--no-remove", asked[0])
+
     def run_there(self, *words):
         if not hasattr(self, "there"):
             self.there = self.installation()

@@ -1,5 +1,6 @@
 """A fluid that does wrong what is named on the command line; without physics otherwise."""
 import sys
+import threading
 import time
 
 import numpy as np
@@ -9,6 +10,14 @@ if "stranger" in wrong:
     sys.exit(0)
 
 import heartbus  # noqa: E402: a stranger has none
+
+if "spins" in wrong:
+
+    def spin():
+        while True:
+            pass
+
+    threading.Thread(target=spin, daemon=True).start()
 
 with heartbus.join("fluid", "wrong_fluid") as bus:
     wall, lifting = bus.partner("mech", "interface"), bus.partner("ale", "cavity")

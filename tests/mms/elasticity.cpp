@@ -1,122 +1,10 @@
-#include "common/geometry/mesh_tools.h"
-#include "mech_solver/interface_wall.h"
+#include "body.h"
 #include "mpi_test_main.h"
-
-#include <functional>
 
 using namespace heartbus;
 using namespace heartbus::mech;
-using fem::n_lanes;
-using fem::Vec3;
-using Matrix = Mat3<double>;
 
 namespace {
-
-using Field = std::function<Vec3<double>(const geometry::Point3 &)>;
-using MatrixField = std::function<Matrix(const geometry::Point3 &)>;
-
-const std::vector<std::string> all_sides{"x_low", "x_high", "y_low", "y_high", "z_low", "z_high"};
-
-Parameters soft_neo_hookean() {
-  Parameters parameters;
-  parameters.law = "neo_hookean";
-  parameters.neo_hookean = {12e3, 50e3}; // kappa + 4 mu / 3 = 66 kPa
-  parameters.fixed = {};
-  parameters.pericardium.labels = {};
-  parameters.solver.residual_tolerance = 1e-10;
-  parameters.solver.linear_tolerance = 1e-6;
-  return parameters;
-}
-
-geometry::FibreParameters oblique_fibres() {
-  geometry::FibreParameters fibres;
-  fibres.rule = "constant";
-  fibres.direction = {1, 2, 3};
-  fibres.sheet = {3, 0, -1};
-  return fibres;
-}
-
-/// Renames boundary labels, several to the same name if wanted.
-geometry::Mesh relabelled(geometry::Mesh mesh, const std::string &from, const std::string &to) {
-  const auto at = [&](const std::string &label) {
-    return unsigned(std::find(mesh.labels.begin(), mesh.labels.end(), label) - mesh.labels.begin());
-  };
-  const unsigned old_id = at(from), new_id = at(to);
-  if (new_id == mesh.labels.size())
-    mesh.labels.push_back(to);
-  for (auto &face : mesh.faces)
-    if (face.label == old_id)
-      face.label = new_id;
-  return mesh;
-}
-
-struct Body {
-  Body(const geometry::Mesh &mesh, const Parameters &parameters)
-      : space(MPI_COMM_WORLD, mesh), fibres(space, oblique_fibres()), problem(space, fibres, parameters) {}
-
-  fem::Vector interpolate(const Field &field) const {
-    fem::Vector v = space.make_vector(3);
-    for (unsigned node = 0; node < space.n_owned_nodes(); ++node)
-      for (unsigned i = 0; i < 3; ++i)
-        v.begin()[3 * node + i] = field(space.points()[node])[i];
-    return v;
-  }
-  /// load += int density . phi
-  void add_volume_load(const Field &density) {
-    for (unsigned slot = 0; slot < space.n_slots(); ++slot)
-      for (unsigned q = 0; q < space.n_q() && space.slot_used(slot); ++q) {
-        const Vec3<double> f = density(space.quadrature_point(slot, q));
-        add(space.cell_nodes(slot), space.shapes() + q * space.nodes_per_cell(),
-            space.JxW(slot / n_lanes)[q][slot % n_lanes], f);
-      }
-  }
-  /// load += int (traction(x) n + extra(x)) . phi over the faces of a label
-  void add_surface_load(const std::string &label, const MatrixField &stress, const MatrixField &robin_rate) {
-    const fem::BoundaryFaces faces = space.faces(label);
-    for (unsigned f = 0; f < faces.n_faces; ++f)
-      for (unsigned q = 0; q < faces.n_q; ++q) {
-        const unsigned fq = f * faces.n_q + q;
-        const double *shape = &faces.shapes[fq * faces.nodes_per_cell], *n = &faces.normals[3 * fq];
-        geometry::Point3 x{};
-        for (unsigned a = 0; a < faces.nodes_per_cell; ++a)
-          for (unsigned i = 0; i < 3; ++i)
-            x[i] += shape[a] * space.points()[space.cell_nodes(faces.slots[f])[a]][i];
-        const Vec3<double> normal = {n[0], n[1], n[2]};
-        Vec3<double> t = stress(x) * normal;
-        if (robin_rate) { // columns: what the springs along and across the normal pull at
-          const Matrix pull = robin_rate(x);
-          for (unsigned i = 0; i < 3; ++i)
-            for (unsigned j = 0; j < 3; ++j)
-              t[i] += normal[i] * normal[j] * pull[j][0] + ((i == j) - normal[i] * normal[j]) * pull[j][1];
-        }
-        add(space.cell_nodes(faces.slots[f]), shape, faces.JxW[fq], t);
-      }
-  }
-  double error(const fem::Vector &d, const Field &exact) const {
-    d.update_ghost_values();
-    double sum = 0;
-    for (unsigned slot = 0; slot < space.n_slots(); ++slot)
-      for (unsigned q = 0; q < space.n_q() && space.slot_owned(slot); ++q)
-        for (unsigned i = 0; i < 3; ++i) {
-          double value = -exact(space.quadrature_point(slot, q))[i];
-          for (unsigned a = 0; a < space.nodes_per_cell(); ++a)
-            value += space.shapes()[q * space.nodes_per_cell() + a] * d.begin()[3 * space.cell_nodes(slot)[a] + i];
-          sum += space.JxW(slot / n_lanes)[q][slot % n_lanes] * value * value;
-        }
-    return std::sqrt(dealii::Utilities::MPI::sum(sum, MPI_COMM_WORLD));
-  }
-
-  fem::LagrangeSpace space;
-  fem::Fibres fibres;
-  ElasticityProblem problem;
-
- private:
-  void add(const unsigned *nodes, const double *shape, double weight, const Vec3<double> &f) {
-    for (unsigned a = 0; a < space.nodes_per_cell(); ++a)
-      for (unsigned i = 0; i < 3 && nodes[a] < space.n_owned_nodes(); ++i)
-        problem.load.begin()[3 * nodes[a] + i] += weight * shape[a] * f[i];
-  }
-};
 
 /// P(F) + P_act(F, T) for the oblique fibres, by the formula of the paper.
 template <class Law>
@@ -269,34 +157,6 @@ double dynamic_error(double dt, bool tetrahedra) {
   return body.error(d, displacement(0.1));
 }
 
-/// An elastic column of 10 mm, its top the interface.
-struct Column : Body {
-  Column(unsigned layers, double width = 5e-3)
-      : Body(relabelled(geometry::make_box({0, 0, 0}, {width, width, 10e-3}, {2, 1, layers}), "z_high", "interface"),
-             parameters()) {}
-  static Parameters parameters() {
-    Parameters parameters = soft_neo_hookean();
-    parameters.rollers = {"x_low", "x_high", "y_low", "y_high"};
-    parameters.pericardium = {{"z_low"}, 1e4, 0, 2e4, 0};
-    return parameters;
-  }
-};
-
-/// Pressure over wall velocity in the first step from rest.
-double column_impedance(unsigned layers) {
-  const double dt = 2e-4, pressure = 1;
-  Column body(layers);
-  body.problem.interface_pressure = pressure;
-  fem::Vector d = body.space.make_vector(3);
-  body.problem.solve_dynamic(dt, d);
-  const auto on = body.space.nodes_on("interface");
-  double displacement = 0;
-  for (unsigned node = 0; node < body.space.n_owned_nodes(); ++node)
-    if (on[node])
-      displacement = std::min(displacement, d.begin()[3 * node + 2]);
-  return pressure * dt / -dealii::Utilities::MPI::min(displacement, MPI_COMM_WORLD);
-}
-
 } // namespace
 
 TEST(Elasticity, StaticSolutionOfActiveGuccioneConvergesWithSecondOrder) {
@@ -413,66 +273,6 @@ TEST(Elasticity, PassiveRegionsAreNeoHookeanAndDoNotContract) {
         EXPECT_NEAR(mixed.begin()[3 * node + i], z > 0.5 ? top.begin()[3 * node + i] : bottom.begin()[3 * node + i],
                     1e-8);
       }
-}
-
-TEST(Elasticity, StepImpedanceOfAColumnIsThatOfTheOneDimensionalMatrices) {
-  // 1 / (dt A^{-1})_00 with A = M/dt^2 + C/dt + K of linear elements, E' = 66 kPa, rho = 1000, dt = 0.2 ms, 10 mm.
-  EXPECT_NEAR(column_impedance(3), 9442, 1);
-  EXPECT_NEAR(column_impedance(6), 8473, 1);
-}
-
-/// With blood that yields to a force by so much of what the wall does.
-double alpha_limit(Column &column, double dt, double share = 0) {
-  InterfaceWall wall(column.problem);
-  interface::AlphaLimit limit(wall);
-  limit.begin(dt, 0);
-  for (int probe = 0; probe < 12; ++probe) {
-    fem::Vector wall_velocity = column.space.make_vector(3);
-    column.problem.solve_tangent(wall_velocity, limit.force());
-    wall_velocity *= -share / dt;
-    limit.add(wall_velocity);
-  }
-  return limit.value();
-}
-
-TEST(Elasticity, LimitOfAlphaIsTwiceTheImpedanceOfTheOneDimensionalMatrices) {
-  Column column(3, 3e-3); // slender: it tilts less easily than it moves
-  EXPECT_NEAR(alpha_limit(column, 2e-4), 2 * 9442, 10);
-  EXPECT_NEAR(alpha_limit(column, 1e-4), 2 * 12593, 10);
-}
-
-TEST(Elasticity, BloodThatYieldsAllowsALargerAlpha) {
-  Column column(3);
-  EXPECT_NEAR(alpha_limit(column, 2e-4, 0.2), 2 * 9442 / 0.8, 20);
-  EXPECT_GT(alpha_limit(column, 2e-4, 1.1), 1e6) << "no limit";
-}
-
-TEST(Elasticity, AWideInterfaceYieldsMoreByTiltingThanAsAWhole) {
-  Column wide(3, 20e-3);
-  EXPECT_LT(alpha_limit(wide, 2e-4), 2 * 0.9 * 9442);
-}
-
-TEST(Elasticity, NoMotionOfTheInterfaceHasLessThanTheSmallestImpedance) {
-  Column column(3);
-  const double dt = 2e-4, smallest = alpha_limit(column, dt) / 2;
-  LoadedSurface surface(column.space, "interface");
-  double found = 1e300;
-  for (int motion = 0; motion < 20; ++motion) {
-    fem::Vector x = column.interpolate([&](const geometry::Point3 &p) {
-      return Vec3<double>{std::sin(motion * 2000 * p[1]), std::cos(motion * 900 * p[0]),
-                          std::cos(motion * 700 * p[0] + motion % 3)};
-    });
-    fem::zero_constrained(x, column.problem.constrained());
-    x.update_ghost_values();
-    fem::Vector Mx = column.space.make_vector(3), w(Mx);
-    surface.apply_mass(column.problem.past[0], x, Mx);
-    Mx.zero_out_ghost_values();
-    fem::zero_constrained(Mx, column.problem.constrained());
-    column.problem.solve_tangent(w, Mx);
-    found = std::min(found, dt * (x * Mx) / (Mx * w));
-  }
-  EXPECT_GT(found, 0.99 * smallest);
-  EXPECT_LT(found, 1.5 * smallest);
 }
 
 TEST(Elasticity, InvertedStartIsRefusedNamingTheCell) {

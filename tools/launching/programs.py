@@ -6,8 +6,10 @@ ROOT = Path(__file__).resolve().parents[2]  # of the source, or share/heartbus
 
 
 def command():
-    """What is typed for tools/heartbus: in the source, or where it is installed."""
-    return "tools/heartbus" if (ROOT / "run").exists() else "heartbus"
+    """What is typed for tools/heartbus here: in the source, or where it is installed."""
+    if not (ROOT / "run").exists():
+        return "heartbus"
+    return "tools/heartbus" if Path.cwd() == ROOT else str(ROOT / "tools/heartbus")
 
 
 def programs():

@@ -10,9 +10,9 @@ def read(path):
     """A Foreign mesh of a file, or of a folder in svMultiPhysics' layout."""
     if path.is_dir():
         return read_vtk.read_folder(path)
+    if not path.exists():
+        raise Refusal(f"{path}: there is no such file or folder")
     if path.suffix.lower() not in READERS:
         raise Refusal(f"{path}: no reader for '{path.suffix}'; read are {', '.join(READERS)}, and folders with a .vtu and "
                       "its surfaces (.vtp)")
-    if not path.is_file():
-        raise Refusal(f"{path}: there is no such file")
     return READERS[path.suffix.lower()](path)

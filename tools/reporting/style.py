@@ -6,6 +6,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from matplotlib.colors import to_hex, to_rgb
 
 INK, GRID = "#222222", "#d9dee4"
 # Okabe and Ito, "Color Universal Design", jfly.uni-koeln.de/color.
@@ -25,7 +26,7 @@ POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 plt.rcParams.update({
     "figure.dpi": 100, "savefig.dpi": 200, "font.size": 9, "axes.titlesize": 9, "legend.fontsize": 8, "axes.grid": True,
-    "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "lines.linewidth": 1.5,
+    "axes.axisbelow": True, "axes.formatter.useoffset": False, "axes.spines.top": False, "axes.spines.right": False, "lines.linewidth": 1.5,
     "legend.frameon": False, "figure.subplot.left": 0.14, "figure.subplot.right": 0.98, "figure.subplot.top": 0.97,
     "axes.prop_cycle": plt.cycler(color=PALETTE), "svg.fonttype": "none", "pdf.fonttype": 42,
     "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": INK, "xtick.color": INK, "ytick.color": INK,
@@ -36,21 +37,28 @@ def colour(i):
     return PALETTE[i % len(PALETTE)]
 
 
+def tint(shade, n):
+    """The n-th lighter tint."""
+    rest = 0.55**n
+    return to_hex([1 - rest * (1 - part) for part in to_rgb(shade)])
+
+
 def colours(names):
-    """One for each of these names: that of the scheme with which it begins; where another one has it already, and of names
-    that begin with no scheme, the next one that is free."""
+    """One for each of these names: that of the scheme with which it begins, in lighter tints for others of the same scheme. No
+    scheme takes another's colour; where there is but one, all names take what is free."""
     own = [max((each for each in SCHEMES if name.startswith(each)), key=len, default=None) for name in names]
-    taken, chosen = set(), []
-    for scheme in own:
-        k = SCHEMES.get(scheme)
-        chosen.append(k if k is not None and k not in taken else None)
-        taken.add(k)
-    free = [k for k in range(len(PALETTE)) if k not in taken] or list(range(len(PALETTE)))
-    for i, k in enumerate(chosen):
-        if k is None:
-            chosen[i] = free.pop(0)
-            free = free or list(range(len(PALETTE)))
-    return [colour(k) for k in chosen]
+    numbers = [SCHEMES.get(scheme) for scheme in own]
+    several = len(set(numbers) - {None}) > 1
+    free = [k for k in range(len(PALETTE)) if k not in numbers] or list(range(len(PALETTE)))
+    chosen = []
+    for i, k in enumerate(numbers):
+        before = numbers[:i].count(k)
+        if k is None or (before and not several):
+            chosen.append(PALETTE[free[0]])
+            free = free[1:] or list(range(len(PALETTE)))
+        else:
+            chosen.append(tint(PALETTE[k], before))
+    return chosen
 
 
 def pretty(unit):

@@ -27,7 +27,8 @@ from .scene import StudyError
 COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
 NOISE = 0.05  # share by which one run's cost differs from the next one's, other work on the machine apart
 SHORT = {name: f"error_{name}" for name in ("EF", "p_max", "ILI_C", "ILI_R", "V", "p", "activation")}
-SHAPES = "osD^vP*X"
+SHAPES = {"M0": "s", "M1": "D", "MXS": "o", "M2": "^", "M3": "v"}  # of the meshes, the same in every figure
+MORE_SHAPES = "P*Xph"
 
 
 def candidates(study, table):
@@ -110,7 +111,7 @@ def chart(study, rows, error, floor, path):
     looks = dict(zip(schemes, zip(style.colours(schemes), (edge(i) for i in range(len(schemes))))))
     for cost, value, row in points:
         shade, around = looks[row.get("scheme", row["run"])]
-        shape = SHAPES[meshes.index(row.get("mesh", "")) % len(SHAPES)]
+        shape = shape_of(row.get("mesh", ""), meshes)
         axis.plot(cost, value, shape, color=shade, ms=7, mec=around, mew=0.5)
         if "cost_min_s" in row:
             axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=shade, lw=1)
@@ -133,6 +134,11 @@ def chart(study, rows, error, floor, path):
     save(drawing, path, study.about)
 
 
+def shape_of(mesh, meshes):
+    others = [each for each in meshes if each not in SHAPES]
+    return SHAPES.get(mesh) or MORE_SHAPES[others.index(mesh) % len(MORE_SHAPES)]
+
+
 def edge(i):
     """Of a marker: when the colours begin anew, another one."""
     return "0.2" if i < len(style.PALETTE) else "red"
@@ -141,11 +147,11 @@ def edge(i):
 def legends(axis, looks, meshes, floor):
     """Colours of the schemes and shapes of the meshes, apart."""
     first = [plt.Line2D([], [], ls="", marker="o", color=shade, label=name, mec=around) for name, (shade, around) in looks.items()]
-    second = [plt.Line2D([], [], ls="", marker=SHAPES[i % len(SHAPES)], color="0.5", label=name)
-              for i, name in enumerate(meshes) if name]
+    second = [plt.Line2D([], [], ls="", marker=shape_of(name, meshes), color="0.5", label=name)
+              for name in sorted(meshes, key=[*SHAPES, *meshes].index) if name]
     second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
     if floor:
-        second += [plt.Rectangle((0, 0), 1, 1, color="0.85", label="own error of the reference: differences mean nothing")]
+        second += [plt.Rectangle((0, 0), 1, 1, facecolor="0.85", edgecolor="0.6", label="own error of the reference: differences mean nothing")]
     axis.add_artist(axis.legend(handles=first, fontsize=8, loc="upper right"))
     axis.legend(handles=second, fontsize=8, loc="lower left")
 

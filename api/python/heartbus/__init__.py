@@ -4,7 +4,7 @@
 
     with heartbus.join("ep", "my_ep") as bus:
         ... bus.points, bus.output, bus.input, bus.task, bus.scalar ...
-        for order in bus.orders():
+        for order in bus.orders():                     # or bus.serve(solver)
             if order.what == heartbus.SOLVE:
                 ...
 
@@ -25,6 +25,9 @@ import numpy
 from . import interface
 from .interface import (COMMIT, DEADLINE, END, FILE, FINISH, FIRST, HANDSHAKE, LOAD, MAP, MAX, MIN, NOT_CONVERGED,  # noqa: F401
                         NOT_FINITE, PREPARE, REFRESH, SAVE, SCENE, SOLVE, SUM, TASK, UNFORESEEN)
+
+METHODS = {PREPARE: "prepare", SOLVE: "solve", COMMIT: "commit", TASK: "task", SAVE: "save", LOAD: "load", REFRESH: "refresh",
+           FINISH: "finish"}
 
 
 def _load():
@@ -169,6 +172,12 @@ class Bus:
         while next_order(self._bus, place):
             yield SimpleNamespace(what=order.what, number=order.number, iteration=order.iteration, time=order.time,
                                   size=order.size, text=order.text.decode())
+
+    def serve(self, solver):
+        """The loop over the orders: for each one the method of its name (prepare, solve, commit, task, save, load, refresh,
+        finish), with the order; what the solver does not have is passed over."""
+        for order in self.orders():
+            getattr(solver, METHODS[order.what], lambda _: None)(order)
 
     def leave(self):
         """Waits until all have come to the end."""
