@@ -44,7 +44,7 @@ WRONG = [
      "    from types import SimpleNamespace\n    bus.serve(SimpleNamespace(solve=lambda order: calcium.fill(order.time)))\n", 0, []),
     ("an exception of a method", "    for order in bus.orders():\n        calcium[:] = order.time\n",
      "    from types import SimpleNamespace\n    bus.serve(SimpleNamespace(commit=lambda order: 1 / 0))\n", 1,
-     ["heartbus: ep (rank 0): ZeroDivisionError: division by zero (mine.py:9)"]),
+     ["heartbus: ep (rank 0): ZeroDivisionError: division by zero (mine.py:10)"]),
     ("an exception", "calcium[:] = order.time", "calcium[10**6] = 1", 1,
      ["heartbus: ep (rank 0): IndexError: index 1000000 is out of bounds", "(mine.py:10)"]),
     ("a failure of its own", "calcium[:] = order.time", "raise heartbus.Failure(heartbus.FILE, 'table.csv:3: no number')", 8,
