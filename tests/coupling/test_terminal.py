@@ -81,7 +81,7 @@ class OneCommand(Temporary):
             with self.subTest(command):
                 said = self.succeed(command, "--help")
                 self.assertIn("--", said)
-                self.assertRegex(said, r"(?m)^    (tools/)?(heartbus |\w)[^\n]*(yaml|results|SCENE|tube|msh)", "an example")
+                self.assertRegex(said, r"(?m)^    (\S*tools/)?(heartbus |\w)[^\n]*(yaml|results|SCENE|tube|msh)", "an example")
         self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
 
     def test_the_shell_completes_commands_examples_and_options(self):
