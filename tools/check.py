@@ -7,8 +7,10 @@ COMMAND is what the scene would have: "python3 my_ep.py --fast", or a program of
 looked at, "-" before what something else that is wrong hides; exit code 0 when all is well, 1 otherwise.
 """
 import argparse
+import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,14 +20,15 @@ from pathlib import Path
 
 import launch
 
-ROLES = {  # role: (its partners, scheme, field that is compared, who sends to it)
+ROLES = {  # role: (its partners, scheme, field that is compared, or its pressure in the history; who sends to it)
     "ep": (["mech"], "EFS1", "calcium", None),
     "mech": (["ep", "ale", "fluid"], "E1FS", "wall_velocity", "fluid"),
     "ale": (["mech", "fluid"], "EFS1", "mesh_motion", "mech"),
     "fluid": (["mech", "ale"], "E1FS", "blood_force", "mech"),
     "fsi": (["ep", "ale"], "E1FSinf", "displacement", "ep"),
-    "circulation": (["mech"], "circulation", "cavity_pressure", "mech"),
+    "circulation": (["mech"], "circulation", None, "mech"),
 }
+PRESSURE = "mean_pressure"
 CHECKS = ["joins", "declares what the role needs", "units", "points conform", "runs", "ends when told",
           "waits asleep", "iterations start from the old state", "a restart gives the same bits",
           "what is not finite is refused", "obeys a deadline", "ends when a partner fails"]
@@ -79,6 +82,15 @@ def recorded(file, after=0):
         return recording["step"][:][late], recording["values"][:][late]
 
 
+def told(history, after):
+    """(steps, pressures) of a history after a step."""
+    import numpy
+    with open(history, encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if int(row["step"]) > after]
+    column = next(title for title in rows[0] if title.split(" ")[0] == PRESSURE)
+    return [int(row["step"]) for row in rows], numpy.array([float(row[column]) for row in rows])
+
+
 def has_mark(environ, mark):
     try:
         return mark.encode() in environ.read_bytes()
@@ -108,8 +120,8 @@ class Check:
 
     def verdicts(self):
         """(check, "yes", "NO" or "-", what is wrong) of all, in the order of CHECKS."""
-        self.whole = Run(self.folder, self.scene(), "whole", "--record", f"{self.field}={self.folder / 'whole.h5'}")
-        history = self.folder / "results/history.csv"  # of which later runs have their own
+        self.whole = self.run_and_keep("whole")
+        history = self.folder / "whole.csv"
         self.steps = len(history.read_text().splitlines()) - 2 if history.is_file() else 0
         looks = [self.idle, self.iterations, self.restart, self.refuses,
                  lambda: self.ends_with(7, "silence", DEADLINE), lambda: self.ends_with(5, "fail", 0)]
@@ -122,6 +134,19 @@ class Check:
                 yield check, "NO", str(wrong)
             except Hidden:
                 yield check, "-", ""
+
+    def run_and_keep(self, name, *words):
+        """A launch whose history and recording later ones do not replace."""
+        record = ["--record", f"{self.field}={self.folder / name}.h5"] if self.field else []
+        run = Run(self.folder, self.scene(), name, *record, *words)
+        history = self.folder / "results/history.csv"
+        if history.is_file():
+            shutil.copy(history, self.folder / f"{name}.csv")
+        return run
+
+    def values(self, name, after=0):
+        """(steps, values) that the program has sent in the run of this name."""
+        return recorded(self.folder / f"{name}.h5", after) if self.field else told(self.folder / f"{name}.csv", after)
 
     def of_the_whole_run(self, checks):
         """Each is passed before the next one."""
@@ -157,7 +182,7 @@ class Check:
         self.needs_the_whole_run()
         if self.scheme != "E1FS":
             return
-        steps, values = recorded(self.folder / "whole.h5")
+        steps, values = self.values("whole")
         span = values.max() - values.min()
         for step in range(1, STEPS + 1):
             first, second = values[steps == step][-2:]
@@ -168,14 +193,13 @@ class Check:
 
     def restart(self):
         self.needs_the_whole_run()
-        again = self.folder / "again.h5"
-        run = Run(self.folder, self.scene(), "again", "--record", f"{self.field}={again}", "--restart", "latest")
+        run = self.run_and_keep("again", "--restart", "latest")
         if run.code:
             raise Wrong(run.cause)
-        steps, whole = recorded(self.folder / "whole.h5", SAVED)
-        for step, one, other in zip(steps, whole, recorded(again, SAVED)[1], strict=True):
+        steps, whole = self.values("whole", SAVED)
+        for step, one, other in zip(steps, whole, self.values("again", SAVED)[1], strict=True):
             if (one != other).any():
-                raise Wrong(f"'{self.field}' of step {step} differs by {abs(one - other).max():.2g} after a restart "
+                raise Wrong(f"'{self.field or PRESSURE}' of step {step} differs by {abs(one - other).max():.2g} after a restart "
                             f"from step {SAVED}")
 
     def refuses(self):

@@ -7,7 +7,8 @@ install_packages() {
   command -v dpkg-query > /dev/null || { echo "No Debian here: packages.txt lists what must be installed."; return; }
   local wanted installed line choice missing="" sudo=""
   wanted=$(grep -v '^#' "$root/packages.txt")
-  installed=" $(dpkg-query -W -f='${Package} ${db:Status-Status}\n' ${wanted//|/ } 2> /dev/null | awk '$2 == "installed" {print $1}' | xargs) "
+  installed=" $({ dpkg-query -W -f='${Package} ${db:Status-Status}\n' ${wanted//|/ } 2> /dev/null || true; } |
+    awk '$2 == "installed" {print $1}' | xargs) " # it fails when it does not know one of them
   for line in $wanted; do
     for choice in ${line//|/ }; do
       [[ $installed == *" $choice "* ]] && continue 2

@@ -107,7 +107,7 @@ class Words(Case):
         tools.mkdir(exist_ok=True)
         wanted = re.sub("^#.*$", "", (SOURCE / "packages.txt").read_text(), flags=re.M).replace("|", " ").split()
         there = [name for name in wanted if name not in missing and name != "python3-paraview"] + list(instead)
-        for name, does in (("dpkg-query", "cat <<E\n" + "\n".join(f"{name} installed" for name in there) + "\nE"),
+        for name, does in (("dpkg-query", "cat <<E\n" + "\n".join(f"{name} installed" for name in there) + "\nE\nexit 1"),
                            ("apt-get", f'echo "$@" >> {tools}/asked'), ("sudo", '"$@"')):
             (tools / name).write_text(f"#!/bin/sh\n{does}\n")
             (tools / name).chmod(0o755)
