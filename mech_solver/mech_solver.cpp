@@ -161,7 +161,18 @@ void MechSolver::inflate() {
     write(0);
 }
 
+/// Another program's calcium may not have been looked at before it was sent.
+void MechSolver::refuse_calcium_that_is_not_finite() const {
+  for (unsigned node = 0; node < calcium_.size(); ++node)
+    if (!std::isfinite(calcium_[node])) {
+      const geometry::Point3 &x = space_.points()[node];
+      throw Failure(ExitCode::not_finite, fmt::format("field 'calcium' has come as {} at point ({:g}, {:g}, {:g})",
+                                                      calcium_[node], x[0], x[1], x[2]));
+    }
+}
+
 void MechSolver::prepare_step(const bus::Step &step) {
+  refuse_calcium_that_is_not_finite();
   {
     const bus::Stopwatch::Section section(problem_.stopwatch, "stretch");
     problem_.fibre_stretch(problem_.past[0], stretch_);

@@ -80,6 +80,7 @@ class MechSolver : public bus::Solver {
   void choose_start(const bus::Step &step);
   void show_motion(double dt); ///< to the bus: displacement and velocity of d
   double peak_tension() const; ///< of this rank's nodes
+  void refuse_calcium_that_is_not_finite() const;
   void write(double time);
 
   const fem::LagrangeSpace &space_;
