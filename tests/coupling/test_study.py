@@ -19,7 +19,7 @@ from study.budget import Neighbour, Plan, advice  # noqa: E402
 from study.figures import log_ordinate  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
 from study.launch import beginning, checkpoint, defaults  # noqa: E402
-from study.pareto import cheapest, front, limits, plt, put_labels  # noqa: E402
+from study.pareto import cheapest, front, limits, plt, put_labels, shapes_of  # noqa: E402
 from study.plan import Study  # noqa: E402
 from study.scene import StudyError  # noqa: E402
 
@@ -277,6 +277,11 @@ class Choice(unittest.TestCase):
         with self.assertRaises(StudyError):
             limits(["EF 2%"])
 
+
+    def test_a_mesh_has_one_shape_in_all_charts(self):
+        shapes = shapes_of(["M0", "M0e1", "MXSe2", "M0e1", ""])
+        self.assertEqual((shapes["M0"], shapes["M1"]), ("s", "D"))
+        self.assertEqual(len(set(shapes.values())), len(shapes))
 
     def test_names_of_points_stay_within_the_axes(self):
         drawing, axis = plt.subplots(figsize=(4, 3))
