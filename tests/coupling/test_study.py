@@ -16,7 +16,7 @@ import numpy as np  # noqa: E402
 
 from study import measures, table  # noqa: E402
 from study.budget import Neighbour, Plan, advice  # noqa: E402
-from study.figures import log_ordinate  # noqa: E402
+from study.figures import log_ordinate, plain  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
 from study.launch import beginning, checkpoint, defaults  # noqa: E402
 from study.pareto import cheapest, front, limits, plt, put_labels, shapes_of  # noqa: E402
@@ -309,6 +309,9 @@ class Figures(unittest.TestCase):
                 self.assertGreaterEqual(sum(map(bool, shown)), 3, shown)
                 self.assertEqual(len(shown), len(set(shown)), shown)
                 plt.close(drawing)
+
+    def test_numbers_at_an_axis_are_as_a_page_writes_them(self):
+        self.assertEqual([plain(value) for value in (20000, 5, 0.5, 0.05, 5e-6)], ["20,000", "5", "0.5", "0.05", "5·10⁻⁶"])
 
     def test_all_charts_have_the_style_of_the_project(self):
         own = [str(path.relative_to(SOURCE)) for path in sorted((SOURCE / "tools").rglob("*"))

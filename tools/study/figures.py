@@ -95,13 +95,19 @@ def log_axis(axis, values):
     axis.minorticks_off()
 
 
+def plain(value):
+    """2,000, 0.05, 5·10⁻⁶."""
+    digits, power = f"{value:.0e}".split("e")
+    return f"{value:,.10g}" if value >= 1e-3 else f"{digits}·10{str(int(power)).translate(style.POWERS)}"
+
+
 def log_ordinate(axis):
     """A logarithmic ordinate, which has several numbers also where it spans less than one or two powers of ten."""
     axis.set_yscale("log")
     low, high = axis.get_ylim()
     if high < 1000 * low:
         axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
         axis.yaxis.set_minor_formatter(NullFormatter())
 
 
