@@ -16,9 +16,10 @@ import numpy as np  # noqa: E402
 
 from study import measures, table  # noqa: E402
 from study.budget import Neighbour, Plan, advice  # noqa: E402
+from study.figures import log_ordinate, plain  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
 from study.launch import beginning, checkpoint, defaults  # noqa: E402
-from study.pareto import cheapest, front, limits, plt, put_labels  # noqa: E402
+from study.pareto import cheapest, front, limits, plt, put_labels, shapes_of  # noqa: E402
 from study.plan import Study  # noqa: E402
 from study.scene import StudyError  # noqa: E402
 
@@ -277,6 +278,11 @@ class Choice(unittest.TestCase):
             limits(["EF 2%"])
 
 
+    def test_a_mesh_has_one_shape_in_all_charts(self):
+        shapes = shapes_of(["M0", "M0e1", "MXSe2", "M0e1", ""])
+        self.assertEqual((shapes["M0"], shapes["M1"]), ("s", "D"))
+        self.assertEqual(len(set(shapes.values())), len(shapes))
+
     def test_names_of_points_stay_within_the_axes(self):
         drawing, axis = plt.subplots(figsize=(4, 3))
         axis.set_xlim(0, 10)
@@ -288,6 +294,29 @@ class Choice(unittest.TestCase):
             box = label.get_window_extent()
             self.assertTrue(frame.x0 <= box.x0 and box.x1 <= frame.x1, label.get_text())
         plt.close(drawing)
+
+
+class Figures(unittest.TestCase):
+    def test_a_logarithmic_ordinate_has_several_numbers(self):
+        for low, high in ((1.2, 12), (0.02, 0.3), (4000, 64000), (9, 9.6), (1e-6, 1e3)):
+            with self.subTest(low=low, high=high):
+                drawing, axis = plt.subplots(figsize=(4, 3))
+                axis.plot([1, 2], [low, high])
+                log_ordinate(axis)
+                drawing.canvas.draw()
+                bottom, top = axis.get_ylim()
+                shown = [label.get_text() for at, label in zip(axis.get_yticks(), axis.get_yticklabels()) if bottom <= at <= top]
+                self.assertGreaterEqual(sum(map(bool, shown)), 3, shown)
+                self.assertEqual(len(shown), len(set(shown)), shown)
+                plt.close(drawing)
+
+    def test_numbers_at_an_axis_are_as_a_page_writes_them(self):
+        self.assertEqual([plain(value) for value in (20000, 5, 0.5, 0.05, 5e-6)], ["20,000", "5", "0.5", "0.05", "5·10⁻⁶"])
+
+    def test_all_charts_have_the_style_of_the_project(self):
+        own = [str(path.relative_to(SOURCE)) for path in sorted((SOURCE / "tools").rglob("*"))
+               if path.is_file() and b"import matplotlib.pyplot" in path.read_bytes()]
+        self.assertEqual([name for name in own if not name.endswith(".pyc")], ["tools/rendering.py", "tools/reporting/style.py"])
 
 
 class Results(unittest.TestCase):

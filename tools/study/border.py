@@ -26,7 +26,7 @@ from reporting import style
 from results import History
 
 from . import closed_forms
-from .figures import log_axis, plt, save
+from .figures import log_axis, log_ordinate, plt, save
 from .growth import digits, growth
 from .launch import CONVERGENCE, NOT_FINITE
 from .scene import StudyError
@@ -215,8 +215,8 @@ def draw(study, searches, path):
     for axis, (name, members) in zip(axes.ravel(), groups.items()):
         draw_map(axis, study, members, top)
         axis.set_title(name, fontsize=10)
-        axis.set_yscale("log")
         axis.set_ylim(min(values) / 1.5, 1.6 * top)
+        log_ordinate(axis)
     for axis in axes[-1]:
         axis.set_xlabel(style.pretty(study.border.get("x_label", study.border.get("x", ""))))
     for axis in axes[:, 0]:

@@ -5,6 +5,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from reporting import charts, style
 from reporting.style import plt
@@ -80,7 +81,8 @@ def against(study, _, figure, runs, done, path):
         axis.set_ylabel(label(measure), fontsize=9)
         if "x" in figure.get("log", []):
             log_axis(axis, sorted({value for value in x.values() if value is not None}))
-        axis.set_yscale("log" if "y" in figure.get("log", []) else "linear")
+        if "y" in figure.get("log", []):
+            log_ordinate(axis)
         if axis.has_data():
             axis.legend(fontsize=7)
     save(drawing, path, figure.get("title", study.about))
@@ -91,6 +93,22 @@ def log_axis(axis, values):
     axis.set_xscale("log")
     axis.set_xticks(values, [f"{value:.6g}" for value in values], fontsize=8, rotation=0 if len(values) < 6 else 45)
     axis.minorticks_off()
+
+
+def plain(value):
+    """2,000, 0.05, 5·10⁻⁶."""
+    digits, power = f"{value:.0e}".split("e")
+    return f"{value:,.10g}" if value >= 1e-3 else f"{digits}·10{str(int(power)).translate(style.POWERS)}"
+
+
+def log_ordinate(axis):
+    """A logarithmic ordinate, which has several numbers also where it spans less than one or two powers of ten."""
+    axis.set_yscale("log")
+    low, high = axis.get_ylim()
+    if high < 1000 * low:
+        axis.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
+        axis.yaxis.set_minor_formatter(NullFormatter())
 
 
 def draw_group(axis, figure, measure, group, look, points, paper):

@@ -21,7 +21,7 @@ from matplotlib import patheffects
 from reporting import style
 
 from . import measures
-from .figures import label, plt, save
+from .figures import label, log_ordinate, plt, save
 from .scene import StudyError
 
 COST = "cost_s"  # of the whole run, as a user has it: a heartbeat with electrophysiology and start
@@ -79,13 +79,14 @@ def draw(study, store, table, folder):
     if not rows:
         raise StudyError(f"{study.name}: no finished run with a reference yet: run the study first")
     errors = study.pareto.get("errors", ["error_EF", "error_p_max", "error_V", "error_p"])
+    shapes = shapes_of([row.get("mesh", "") for row in rows])
     floor, unknown = floors(study, store, errors)
     for error in errors:
         known = [row for row in rows if error in row]
         for row, best in zip(known, front([(row[COST], row[error]) for row in known])):
             row[f"front_{error}"] = int(best)
         if known:
-            chart(study, known, error, floor.get(error), folder / f"pareto_{error.removeprefix('error_')}.png")
+            chart(study, known, shapes, error, floor.get(error), folder / f"pareto_{error.removeprefix('error_')}.png")
     keys = ["run", COST, "start_s", "cost_min_s", "cost_max_s", "repetitions",
             *[key for error in errors for key in (error, f"front_{error}")]]
     with open(folder / "pareto.csv", "w", newline="") as file:
@@ -100,19 +101,16 @@ def draw(study, store, table, folder):
     return 1 if missing else 0
 
 
-def chart(study, rows, error, floor, path):
+def chart(study, rows, shapes, error, floor, path):
     drawing, axis = plt.subplots(figsize=(12, 8))
     axis.set_xscale("log")
-    axis.set_yscale("log")
     least = min([row[error] for row in rows if row[error] > 0], default=1e-12)
     points = [(row[COST], max(row[error], least), row) for row in rows]
     schemes = list(dict.fromkeys(row.get("scheme", row["run"]) for row in rows))
-    meshes = list(dict.fromkeys(row.get("mesh", "") for row in rows))
     looks = dict(zip(schemes, zip(style.colours(schemes), (edge(i) for i in range(len(schemes))))))
     for cost, value, row in points:
         shade, around = looks[row.get("scheme", row["run"])]
-        shape = shape_of(row.get("mesh", ""), meshes)
-        axis.plot(cost, value, shape, color=shade, ms=7, mec=around, mew=0.5)
+        axis.plot(cost, value, shapes[row.get("mesh", "")], color=shade, ms=7, mec=around, mew=0.5)
         if "cost_min_s" in row:
             axis.plot([row["cost_min_s"], row["cost_max_s"]], [value, value], "-", color=shade, lw=1)
     best = sorted(((cost, value, row["run"]) for cost, value, row in points if row[f"front_{error}"]))
@@ -127,16 +125,18 @@ def chart(study, rows, error, floor, path):
     if floor:
         axis.axhspan(axis.get_ylim()[0] / 10, floor, color="0.85", zorder=0)
         axis.set_ylim(bottom=min(floor, least) / 2)
+    log_ordinate(axis)
     put_labels(drawing, axis, best, [point[:2] for point in points])
     axis.set_xlabel("cost of the run with electrophysiology and start [CPU s]")
     axis.set_ylabel(label(error) + f" against {study.reference}")
-    legends(axis, looks, meshes, floor)
+    legends(axis, looks, {mesh: shapes[mesh] for mesh in shapes if any(row.get("mesh") == mesh for row in rows)}, floor)
     save(drawing, path, study.about)
 
 
-def shape_of(mesh, meshes):
-    others = [each for each in meshes if each not in SHAPES]
-    return SHAPES.get(mesh) or MORE_SHAPES[others.index(mesh) % len(MORE_SHAPES)]
+def shapes_of(meshes):
+    """Of all the meshes there are: a mesh has one shape in the charts of all errors, whichever of them it has."""
+    others = [each for each in dict.fromkeys(meshes) if each not in SHAPES]
+    return {**SHAPES, **{mesh: MORE_SHAPES[i % len(MORE_SHAPES)] for i, mesh in enumerate(others)}}
 
 
 def edge(i):
@@ -144,11 +144,10 @@ def edge(i):
     return "0.2" if i < len(style.PALETTE) else "red"
 
 
-def legends(axis, looks, meshes, floor):
+def legends(axis, looks, shapes, floor):
     """Colours of the schemes and shapes of the meshes, apart."""
     first = [plt.Line2D([], [], ls="", marker="o", color=shade, label=name, mec=around) for name, (shade, around) in looks.items()]
-    second = [plt.Line2D([], [], ls="", marker=shape_of(name, meshes), color="0.5", label=name)
-              for name in sorted(meshes, key=[*SHAPES, *meshes].index) if name]
+    second = [plt.Line2D([], [], ls="", marker=shape, color="0.5", label=name) for name, shape in shapes.items() if name]
     second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
     if floor:
         second += [plt.Rectangle((0, 0), 1, 1, facecolor="0.85", edgecolor="0.6", label="own error of the reference: differences mean nothing")]

@@ -1,8 +1,5 @@
 """Convergence of a benchmark's values."""
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from reporting.style import PALETTE, plt, tint
 
 
 def convergence(benchmark, rows, folder):
@@ -10,8 +7,8 @@ def convergence(benchmark, rows, folder):
     figure, axes = plt.subplots(1, len(rows), figsize=(3.6 * len(rows), 3), squeeze=False, layout="constrained")
     for axis, row in zip(axes[0], rows):
         low, high = row.expected
-        axis.axhspan(low, high, color="#f7dfa5", ec="#c9a227", label="expected")
-        axis.plot(list(row.values), list(row.values.values()), "o-", color="#3b6ea5", label="heartbus")
+        axis.axhspan(low, high, color=tint(PALETTE[4], 2), ec=PALETTE[4], label="expected")
+        axis.plot(list(row.values), list(row.values.values()), "o-", color=PALETTE[0], label="heartbus")
         axis.set_title(row.name, fontsize=9)
         axis.tick_params(labelsize=8)
         axis.margins(y=0.2)
