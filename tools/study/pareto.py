@@ -150,7 +150,8 @@ def legends(axis, looks, shapes, floor):
     second = [plt.Line2D([], [], ls="", marker=shape, color="0.5", label=name) for name, shape in shapes.items() if name]
     second += [plt.Line2D([], [], ls="", marker="o", mfc="none", ms=11, color="black", label="front")]
     if floor:
-        second += [plt.Rectangle((0, 0), 1, 1, facecolor="0.85", edgecolor="0.6", label="own error of the reference: differences mean nothing")]
+        second += [plt.Rectangle((0, 0), 1, 1, facecolor="0.85", edgecolor="0.6",
+                                 label="own error of the reference: differences mean nothing")]
     axis.add_artist(axis.legend(handles=first, fontsize=8, loc="upper right"))
     axis.legend(handles=second, fontsize=8, loc="lower left")
 
