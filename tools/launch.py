@@ -50,12 +50,19 @@ def environment(plan, nodes, folders):
     return {**mpirun.variables(plan, nodes), **(folders.variables() if folders else {}), **os.environ}
 
 
+def use_library():
+    """Participants in Python find heartbus of the programs that run, after what is on their path anyway."""
+    path = filter(None, (os.environ.get("PYTHONPATH"), str(programs().parent / "share/heartbus/python")))
+    os.environ["PYTHONPATH"] = ":".join(path)
+
+
 def launch(plan, nodes, placed):
     """On this machine alone the launch has folders of its own for what Open MPI leaves."""
     cleared = leftovers.clear_dead()
     if cleared:
         print(f"Cleared {cleared / 2**20:.1f} MiB that a run which died has left")
     folders = None if nodes else leftovers.Folders()
+    use_library()
     try:
         words = mpirun.arguments(plan, nodes, placed)
         print("mpirun", quoted(words), flush=True)

@@ -41,6 +41,20 @@ def beside(results, name, column, labels, unit, scale, path, log=False):
     save_png(figure, path)
 
 
+def misprint(results, path):
+    """What flows through the valve, and by how much the cavity grows, of E1FS2 as printed and done right."""
+    figure, axes = plt.subplots(1, 2, figsize=(6.4, 2.4), layout="constrained", sharex=True, sharey=True)
+    for axis, name, title in zip(axes, ("misprint", "misprint_cured"), ("as printed", "E1FS2")):
+        history = History(results / name)
+        flow, lost = history["mitral_flow"][1:] / ML, history["volume_defect"][1:] / ML
+        axis.plot(1e3 * history.time[1:], flow, color=colour(1), label="through the valve")
+        axis.plot(1e3 * history.time[1:], flow - lost, "--", color=colour(0), label="taken up by the wall")
+        axis.set(title=title, xlabel="time [ms]")
+    axes[0].set_ylabel("blood [mL/s]")
+    axes[1].legend(loc="lower right")
+    save_png(figure, path)
+
+
 def front(results, path):
     """When each point of the face z = 0 of the slab is activated."""
     figure, axes = plt.subplots(1, 2, figsize=(6.4, 1.6), layout="constrained", sharey=True)
@@ -72,6 +86,7 @@ def main():
            options.out / "failure_auto.png", log=True)
     beside(options.results, "inflow", "mitral_flow", ("backflow: 0", "backflow: 1"), "inflow [mL/s]", ML,
            options.out / "failure_inflow.png")
+    misprint(options.results, options.out / "failure_misprint.png")
     front(options.results, options.out / "failure_front.png")
 
 

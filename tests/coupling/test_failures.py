@@ -49,7 +49,7 @@ class Failures(unittest.TestCase):
         temporary = tempfile.TemporaryDirectory()
         cls.addClassCleanup(temporary.cleanup)
         cls.folder = Path(temporary.name)
-        for name in ("tools", "configs"):
+        for name in ("tools", "configs", "examples"):
             (cls.folder / name).symlink_to(SOURCE / name)
         cls.launches = [Launch(["bash", "-c", commands], cls.folder) for _, commands, _, _ in cases()]
 
