@@ -7,6 +7,7 @@
 import argparse
 import contextlib
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -19,14 +20,38 @@ from launching.watch import FILE, Watch
 
 SCENE = 2   # exit code
 LOADED = 2  # [s] after which all programs have been loaded
-EXAMPLES = """    {0} run                                           # a heartbeat of the idealised left ventricle
-    {0} run my.yaml --set mesh=M1 --set alpha=auto    # results in results/NAME-alpha=auto-mesh=M1
-    {0} run my.yaml --restart latest                  # on from the last checkpoint"""
+TYPED = "HEARTBUS_TYPED"  # the command by which this one is called, when it is not typed itself
+HELP = """Usage: {0} [SCENE] [options]
+
+Runs a scene: without one, a heartbeat of the idealised left ventricle.
+
+    {0}
+    {0} my.yaml --set mesh=M1 --set alpha=auto    # results in results/NAME-alpha=auto-mesh=M1
+    {0} my.yaml --restart latest                  # on from the last checkpoint
+
+Options of the run:
+{1}
+
+Options of the launch:
+{2}"""
+
+
+def typed():
+    """What a user has typed to come here."""
+    return os.environ.get(TYPED) or ("heartbus-run" if Path(sys.argv[0]).name == "heartbus-run" else sys.argv[0])
+
+
+def told(parser):
+    """The help: options of the coupler, but for those that are for launchers, then of the launch."""
+    coupler = subprocess.run([programs() / "coupler", "--help"], check=False, stdout=subprocess.PIPE, text=True).stdout
+    of_the_run = [each for each in re.findall(r"^  -.*(?:\n   .*)*", coupler, re.M)
+                  if not each.startswith(("  -h", "  --launch-line"))]
+    return HELP.format(typed(), "\n".join(of_the_run), parser.format_help().split("options:\n", 1)[1])
 
 
 def parse(words):
     """(options of the launch, all others: they are the coupler's)."""
-    parser = argparse.ArgumentParser(prog="./run", add_help=False, allow_abbrev=False)
+    parser = argparse.ArgumentParser(prog=typed(), add_help=False, allow_abbrev=False)
     parser.add_argument("--hosts", metavar="FILE", help="nodes to run on, a line each: 'node7 slots=16'")
     parser.add_argument("--force", action="store_true", help="replaces the results that are there")
     parser.add_argument("--oversubscribe", action="store_true", help="more ranks than cores are meant")
@@ -39,9 +64,7 @@ def parse(words):
     parser.add_argument("-h", "--help", action="store_true", help=argparse.SUPPRESS)
     options, others = parser.parse_known_args(words)
     if options.help:
-        subprocess.run([programs() / "coupler", "--help"], check=False)
-        print("\nOptions of ./run, for the launch:\n" + parser.format_help().split("\n\n", 1)[1])
-        print(EXAMPLES.format(command()))
+        print(told(parser), end="")
         sys.exit(0)
     return options, others
 

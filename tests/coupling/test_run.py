@@ -152,8 +152,19 @@ class Words(Case):
         self.assertTrue((self.folder / out / "history.csv").exists())
         self.assertFalse((self.folder / "pwned").exists())
 
+    def test_help_of_run_is_told_before_anything_is_built(self):
+        (self.folder / "tools").mkdir()
+        shutil.copy(SOURCE / "tools/setup.sh", self.folder / "tools")
+        shutil.copy(SOURCE / "run", self.folder)
+        help_of_run = Launch(["./run", "--help"], self.folder)
+        self.assertEqual(help_of_run.code, 0, help_of_run.output)
+        self.assertTrue(help_of_run.output.startswith("./run [SCENE] "), help_of_run.output)
+        self.assertFalse((self.folder / "build").exists())
+
     def test_options_of_the_coupler_and_of_the_launch_are_told(self):
         text = self.launch("--help").output
+        self.assertTrue(text.startswith(f"Usage: {self.command[-1]} [SCENE]"), text)
+        self.assertNotIn("Usage: coupler", text)
         for option in ("--set", "--restart", "--validate", "--hosts", "--print", "--oversubscribe", "--force"):
             self.assertIn(option, text)
 

@@ -82,6 +82,7 @@ class OneCommand(Temporary):
                 said = self.succeed(command, "--help")
                 self.assertIn("--", said)
                 self.assertRegex(said, r"(?m)^    (\S*tools/)?(heartbus |\w)[^\n]*(yaml|results|SCENE|tube|msh)", "an example")
+        self.assertTrue(self.succeed("run", "--help").startswith(f"Usage: {SOURCE / 'tools/heartbus'} run "))
         self.assertIn("did you mean 'report'?", self.heartbus("reprot").output)
 
     def test_the_shell_completes_commands_examples_and_options(self):
