@@ -36,15 +36,30 @@ def arrows_of(grid, box, fastest):
 
 def sides(folder):
     """Captions of a body from outside and cut open."""
-    is_heart = "ventric" in str(resolved_scene(folder).get("geometry.shape", ""))
+    scene = resolved_scene(folder)
+    is_heart = "ventric" in str(scene.get("geometry.shape", "")) or scene.get("fibres.rule", "file") not in ("constant", "file")
     return ("epicardium", "endocardium and section") if is_heart else ("surface", "section")
+
+
+def long_axis(x):
+    """Centre and direction: the principal axis around which a body is most alike. Its sense does not matter."""
+    centre = x.mean(axis=0)
+    spread, axes = np.linalg.eigh(np.cov((x - centre).T))
+    return centre, axes[:, 2 if spread[1] - spread[0] < spread[2] - spread[1] else 0]
+
+
+def helix_angle(f, x):
+    """Of unit vectors that lie in a wall [degrees]: from the circumference, around the body's own long axis."""
+    centre, axis = long_axis(x)
+    across = np.cross(axis, x - centre)
+    around = (f * across).sum(axis=1) / np.maximum(np.linalg.norm(across, axis=1), 1e-12)
+    along = np.sqrt(np.maximum(1 - around**2, 0)) * np.sign(f @ axis)
+    return np.degrees(np.arctan2(along * np.where(around < 0, -1, 1), abs(around)))
 
 
 def picture_fibres(mech, captions, path):
     f, x = mech.field("fibres", 0), mech.points
-    around = (f[:, 1] * x[:, 0] - f[:, 0] * x[:, 1]) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-12)
-    angle = np.degrees(np.arctan(f[:, 2] / np.where(abs(around) < 1e-12, 1e-12, around)))
-    grid = mech.grid(0, fibre=f, angle=angle)
+    grid = mech.grid(0, fibre=f, angle=helix_angle(f, x))
     panels = []
     size = np.ptp(x, axis=0).max()
     lines = streamlines(grid, "fibre", thinned(drawn_inwards(grid, 0.1), 2000), 0.2 * size, 0.0035 * size)

@@ -52,9 +52,29 @@ class Pictures(unittest.TestCase):
         self.assertLess(low[2], -0.4)
 
     def test_only_a_heart_has_an_epicardium(self):
-        for shape, captions in (("slab", ("surface", "section")), ("ideal_left_ventricle", ("epicardium", "endocardium and section"))):
-            (self.folder / "scene.resolved.yaml").write_text(f"geometry: {{shape: {shape}}}\n")
+        of_a_heart = ("epicardium", "endocardium and section")
+        for shape, rule, captions in (("slab", "constant", ("surface", "section")), ("ideal_left_ventricle", "ellipsoid", of_a_heart),
+                                      ("file", "apicobasal", of_a_heart), ("file", "file", ("surface", "section"))):
+            (self.folder / "scene.resolved.yaml").write_text(f"geometry: {{shape: {shape}}}\nfibres: {{rule: {rule}}}\n")
             self.assertEqual(pictures.sides(self.folder), captions)
+
+    def test_the_helix_angle_is_that_around_the_hearts_own_axis(self):
+        """A cone, its fibres wound by 60 degrees inside and -60 outside; upright at the origin, and anywhere else."""
+        around, up = (values.ravel() for values in np.meshgrid(np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(1, 4, 7)))
+        ring, slope = np.column_stack([np.cos(around), np.sin(around), 0 * around]), 0.4
+        circumference = np.column_stack([-np.sin(around), np.cos(around), 0 * around])
+        meridian = (slope * ring + [0, 0, 1]) / np.hypot(slope, 1)
+        x, f, angles = [], [], []
+        for radius, angle in ((0.8, 60), (1.2, -60)):
+            x.append((radius + slope * up)[:, None] * ring + up[:, None] * [0, 0, 1])
+            f.append(np.cos(np.radians(angle)) * circumference + np.sin(np.radians(angle)) * meridian)
+            angles.append(np.full(len(up), angle))
+        x, f, angles = map(np.concatenate, (x, f, angles))
+        f[::2] *= -1  # the same fibre
+        turn, _ = np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
+        turn *= np.linalg.det(turn)
+        np.testing.assert_allclose(pictures.helix_angle(f, x), angles, atol=1e-6)
+        np.testing.assert_allclose(pictures.helix_angle(f @ turn.T, x @ turn.T + [3, 2, 1]), angles, atol=1e-6)
 
     def test_lines_of_the_surface_begin_within_the_body(self):
         grid = self.series(np.zeros_like).grid()
