@@ -1,6 +1,11 @@
 #!/usr/bin/python3
-"""What a browser makes of reports: tests/coupling/browser.py PAGE.html... exits with 1 where one of them has errors, lacks a picture
-or a chart, is wider than its window, or cannot be read."""
+"""What a browser makes of reports: exits with 1 where one of them has errors, lacks a picture or a chart, is wider than its window,
+or cannot be read.
+
+    tests/coupling/browser.py PAGE.html...
+    tests/coupling/browser.py PAGE.html --picture FILE.png    # the whole page, too
+"""
+import argparse
 import json
 import re
 import shutil
@@ -9,6 +14,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
+
 BROWSER = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "google-chrome"))), None)
 WINDOWS = [(400, False), (1600, False), (400, True)]  # width, dark
 PROBE = """<script>addEventListener("load", () => {
@@ -16,8 +23,22 @@ PROBE = """<script>addEventListener("load", () => {
   if (slider) { slider.value = 1; slider.dispatchEvent(new Event("input")); }
   document.body.innerHTML = JSON.stringify({pictures: pictures.length, shown: pictures.filter(p => p.naturalWidth > 0).length,
     paper: getComputedStyle(document.body).backgroundColor, ink: getComputedStyle(document.body).color,
-    charts: document.querySelectorAll("svg[viewBox]").length, wide: d.scrollWidth - innerWidth,
+    charts: document.querySelectorAll("svg[viewBox]").length, wide: d.scrollWidth - innerWidth, tall: d.scrollHeight,
     told: slider ? document.querySelector(".player output").textContent : ""}); });</script>"""
+
+
+def browse(folder, page, width, height, *words):
+    """`folder`: for what the browser leaves."""
+    return subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--hide-scrollbars", *words,
+                           f"--user-data-dir={folder}/browser", f"--window-size={width},{height}", f"file://{Path(page).resolve()}"],
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
+
+
+def picture(page, file, width=1200):
+    """All of a page, in true colour."""
+    with tempfile.TemporaryDirectory() as folder:
+        browse(folder, page, width, look(page, width, False)["tall"], f"--screenshot={file}")
+    Image.open(file).convert("RGB").save(file, optimize=True)
 
 
 def look(page, width, dark):
@@ -26,9 +47,7 @@ def look(page, width, dark):
         probe = Path(folder) / "page.html"
         probe.write_text(Path(page).read_text(encoding="utf-8") + PROBE, encoding="utf-8")
         scheme = ["--blink-settings=preferredColorScheme=0"] if dark else []
-        result = subprocess.run([BROWSER, "--no-sandbox", "--headless", "--disable-gpu", "--enable-logging=stderr", *scheme,
-                                 f"--user-data-dir={folder}/browser", f"--window-size={width},900", "--dump-dom", f"file://{probe}"],
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
+        result = browse(folder, probe, width, 900, "--enable-logging=stderr", *scheme, "--dump-dom")
     seen = json.loads(re.search(r"<body.*?(\{.*\})", result.stdout, re.S)[1])
     seen["errors"] = [line for line in result.stderr.splitlines() if "CONSOLE" in line]
     paper, ink = (sum(int(n) for n in re.findall(r"\d+", seen[what])[:3]) / 3 for what in ("paper", "ink"))
@@ -46,14 +65,20 @@ def faults(seen):
 
 
 def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pages", nargs="+")
+    parser.add_argument("--picture", metavar="FILE.png", help="of the first page")
+    options = parser.parse_args()
     bad = 0
-    for page in sys.argv[1:]:
+    for page in options.pages:
         for width, dark in WINDOWS:
             seen = look(page, width, dark)
             wrong = faults(seen)
             bad += bool(wrong)
             print(f"{page}, {width} pixels{', dark' if dark else ''}: {seen['pictures']} pictures, {seen['charts']} charts; "
                   f"{'; '.join(wrong) or 'right'}")
+    if options.picture:
+        picture(options.pages[0], options.picture)
     return 1 if bad else 0
 
 

@@ -19,6 +19,7 @@ import numpy as np  # noqa: E402
 from PIL import Image  # noqa: E402
 
 from reporting import charts, plausibility, style, tables  # noqa: E402
+from reporting.page import table  # noqa: E402
 from results import Run  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
@@ -327,6 +328,33 @@ class Reports(Temporary):
         figure = charts.volume_and_pressure([Run(write(self.folder / "run", columns, beats))])
         figure.canvas.draw()
         self.assertEqual([axis.yaxis.get_offset_text().get_text() for axis in figure.axes], [""] * len(figure.axes))
+
+    def test_curves_that_coincide_are_all_seen(self):
+        runs = [Run(write(self.folder / scheme, *healthy(), {"coupling": {"scheme": scheme}}))
+                for scheme in ("EFS1", "adaptive", "EFS1-corrected", "E1FSinf")]
+        figure = charts.pressure_volume_loop(runs)
+        figure.legends[0].remove()
+        figure.savefig(self.folder / "loop.png")
+        pixels = np.asarray(Image.open(self.folder / "loop.png").convert("RGB")).astype(int)
+        for look in charts.own_looks(runs):
+            near = abs(pixels - 255 * np.array(style.to_rgb(look["color"]))).max(axis=2) < 12
+            self.assertGreater(near.sum(), 100, look["color"])
+
+    def test_time_goes_from_one_edge_of_a_chart_to_the_other(self):
+        columns, beats = healthy()
+        run = Run(write(self.folder / "run", {**columns, "lifting_iterations": [2] * 81}, beats))
+        for chart in (charts.volume_and_pressure, charts.flows, charts.budget, charts.wall, charts.iterations):
+            for axis in chart([run]).axes:
+                self.assertEqual(axis.get_xlim(), (0, 800), chart.__name__)
+
+    def test_the_command_that_has_made_a_run_can_be_typed(self):
+        folder = write(self.folder / "run", *healthy())
+        (folder / "provenance.json").write_text(json.dumps({"command": ["/somewhere/bin/coupler", "a.yaml", "--set", "mesh=M1"]}))
+        self.report(folder, "--charts")
+        self.assertIn("heartbus run a.yaml --set mesh=M1</pre>", self.page(folder / "report/report.html"))
+
+    def test_keys_break_at_their_dots(self):
+        self.assertIn("<td>a.<wbr>long.<wbr>key</td><td>0.5</td>", table(["", ""], [["a.long.key", "0.5"]], words=True))
 
     def test_a_legend_names_every_run_also_those_that_the_first_chart_lacks(self):
         columns, beats = healthy()

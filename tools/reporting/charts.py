@@ -4,7 +4,7 @@ import numpy as np
 from results import ML, MMHG
 
 from . import trace
-from .style import PHASES, colour, colours, plt
+from .style import LINES, PHASES, colour, colours, plt
 
 ROUND_OFF = 1e-12  # m^3/s, of volume that passes the wall
 WIDTH = 4.8  # inches: text is readable on a telephone, and in a column of a paper
@@ -19,7 +19,8 @@ def stacked(n_rows, height=1.75):
     figure.subplots_adjust(bottom=0.2 / n_rows, hspace=0.14)  # labels may lie outside
     axes = axes[:, 0]
     axes[-1].set_xlabel("time [ms]")
-    axes[-1].margins(x=0)
+    for axis in axes:
+        axis.margins(x=0)
     return figure, axes
 
 
@@ -35,8 +36,9 @@ def shade_phases(axes, run):
                          fontsize=8)
 
 
-def own_colours(runs):
-    return colours([run.scheme for run in runs])
+def own_looks(runs):
+    """Colour and dashes of each run's line."""
+    return [{"color": shade, "ls": LINES[k % len(LINES)]} for k, shade in enumerate(colours([run.scheme for run in runs]))]
 
 
 def finish(figure, axes, runs):
@@ -55,8 +57,8 @@ def in_time(runs, rows):
     figure, axes = stacked(len(rows))
     shade_phases(axes, runs[0])
     for axis, (column, scale, label) in zip(axes, rows):
-        for run, shade in zip(runs, own_colours(runs)):
-            axis.plot(run.milliseconds, run.history[column] / scale, color=shade, label=run.name)
+        for run, look in zip(runs, own_looks(runs)):
+            axis.plot(run.milliseconds, run.history[column] / scale, label=run.name, **look)
         axis.set_ylabel(label)
     return finish(figure, axes, runs)
 
@@ -66,13 +68,13 @@ def pressure_volume_loop(runs):
     if not has(runs, "volume", "mean_pressure"):
         return None
     figure, axis = plt.subplots(figsize=(WIDTH, 3.9))
-    for run, shade in zip(runs, own_colours(runs)):
+    for run, look in zip(runs, own_looks(runs)):
         volume, pressure = run.history["volume"] / ML, run.history["mean_pressure"] / MMHG
         for k, (beat, rows) in enumerate(run.beats()):
-            own = shade if len(runs) > 1 else colour(k)
+            own = look if len(runs) > 1 else {"color": colour(k)}
             label = f"beat {beat.get('beat', 1)}" if len(runs) == 1 else run.name if k == 0 else None
-            axis.plot(volume[rows], pressure[rows], color=own, label=label)
-            axis.plot(volume[rows][0], pressure[rows][0], "o", color=own, ms=4)
+            axis.plot(volume[rows], pressure[rows], label=label, **own)
+            axis.plot(volume[rows][0], pressure[rows][0], "o", color=own["color"], ms=4)
     axis.set_xlabel("volume of the ventricle [mL]")
     axis.set_ylabel("mean pressure [mmHg]")
     if len(runs) == 1 and len(list(runs[0].beats())) > 1:
@@ -104,11 +106,11 @@ def budget(runs):
         return None
     figure, axes = stacked(2)
     shade_phases(axes, runs[0])
-    for run, shade in zip(runs, own_colours(runs)):
+    for run, look in zip(runs, own_looks(runs)):
         time, defect = run.history.time, run.history["volume_defect"]
         lost = np.concatenate(([0], np.cumsum(defect[1:] * np.diff(time))))
-        axes[0].plot(run.milliseconds, defect / ML, color=shade, label=run.name)
-        axes[1].plot(run.milliseconds, lost / ML, color=shade)
+        axes[0].plot(run.milliseconds, defect / ML, label=run.name, **look)
+        axes[1].plot(run.milliseconds, lost / ML, **look)
     axes[0].set_ylabel("through the wall\n[mL/s]")
     axes[1].set_ylabel("its sum over\ntime [mL]")
     return finish(figure, axes, runs)
@@ -122,11 +124,12 @@ def iterations(runs):
         return None
     figure, axes = stacked(len(names), 1.0)
     for axis, name in zip(axes, names):
-        for run, shade in zip(runs, own_colours(runs)):
+        for run, look in zip(runs, own_looks(runs)):
             if name in run.history:
                 parts = np.array_split(np.arange(len(run.history.time)), min(100, len(run.history.time)))
                 axis.plot([run.milliseconds[part].mean() for part in parts],
-                          [run.history[name][part].mean() for part in parts], color=shade, label=run.name)
+                          [run.history[name][part].mean() for part in parts], label=run.name, **look)
+        axis.set_xlim(*(edge([edge(run.milliseconds) for run in runs]) for edge in (min, max)))
         axis.set_ylabel(name.removesuffix("_iterations"))
         axis.set_ylim(bottom=0)
     return finish(figure, axes, runs)

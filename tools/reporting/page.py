@@ -27,8 +27,9 @@ def text(words):
 
 
 def table(heading, rows, words=False):
-    """`words`: all columns are text, and begin at the left."""
-    cells = lambda row, tag: "".join(f"<{tag}>{text(cell)}</{tag}>" for cell in row)
+    """`words`: all columns are text, and begin at the left; keys in the first break at their dots."""
+    broken = lambda cell, k: text(cell).replace(".", ".<wbr>") if words and k == 0 else text(cell)
+    cells = lambda row, tag: "".join(f"<{tag}>{broken(cell, k)}</{tag}>" for k, cell in enumerate(row))
     body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
     return (f'<div class="scroll"><table{" class=words" if words else ""}><thead><tr>{cells(heading, "th")}</tr></thead>'
             f"<tbody>{body}</tbody></table></div>")
@@ -118,8 +119,10 @@ def idle(run):
 
 def repetition(run):
     """The command that has made the run, and the one that repeats it from its resolved scene."""
-    about = provenance(run.folder)
-    made = f"<p>Made by</p><pre>{text(shlex.join(about['command']))}</pre>" if about.get("command") else ""
+    words = provenance(run.folder).get("command") or []
+    if words and Path(words[0]).name == "coupler":  # which the launcher starts
+        words = [*shlex.split(command()), "run", *words[1:]]
+    made = f"<p>Made by</p><pre>{text(shlex.join(words))}</pre>" if words else ""
     scene = run.folder / "scene.resolved.yaml"
     return made + f"<p>Repeated by</p><pre>{text(shlex.join([command(), 'run', str(scene), '--out', 'NEW_FOLDER']))}</pre>"
 

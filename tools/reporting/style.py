@@ -21,6 +21,7 @@ PHASES = {
     "filling": ("filling", "#e3f1e3"),
     "diastasis": ("diastasis", "#eeeeee"),
 }
+LINES = ["-", (0, (7, 2)), (0, (4, 2)), (0, (2, 2))]  # of runs in one chart: where they coincide all are seen
 FORMATS = ("png", "pdf", "svg")
 POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
