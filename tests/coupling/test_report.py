@@ -373,6 +373,19 @@ class Reports(Temporary):
         self.assertEqual(style.pretty("kg/(m^2 s)"), "kg/(m² s)")
 
 
+class OfTheDocuments(unittest.TestCase):
+    def test_pictures_of_reports_have_all_colours_and_the_whole_page(self):
+        """Which ends with its margin; a palette would make one colour of those of two schemes."""
+        for name, n_schemes in (("report", 1), ("report_real_lv", 1), ("report_comparison", 4)):
+            with self.subTest(name), Image.open(SOURCE / f"docs/pictures/{name}.png") as picture:
+                self.assertEqual(picture.mode, "RGB")
+                pixels = np.asarray(picture).astype(int)
+                self.assertEqual(pixels[-40:].min(), 255)
+                self.assertLess(pixels[-120:].min(), 150, "text ends there")
+                for shade in style.colours(["EFS1", "E1FS2", "EFS1-corrected", "E1FSinf"])[:n_schemes]:
+                    self.assertGreater((abs(pixels - 255 * np.array(style.to_rgb(shade))).max(axis=2) < 3).sum(), 500, shade)
+
+
 class Tables(Temporary):
     def test_a_column_for_each_beat_with_units(self):
         columns, beats = healthy()
@@ -382,6 +395,22 @@ class Tables(Temporary):
         self.assertEqual(heading, ["", "unit", "beat 1", "beat 2 (incomplete)"])
         self.assertIn(["ejection fraction", "%", "50.0", ""], rows)
         self.assertIn(["EDV changed since the beat before", "%", "", "1.50"], rows)
+
+    def test_keys_of_a_scene_that_differ_and_no_others(self):
+        wall = {"law": "guccione", "guccione": {"c": "880 Pa"}, "neo_hookean": {"mu": "1 kPa"}}
+        scene = {"mechanics": {**wall, "regions": {"ring": {**wall, "law": "neo_hookean", "contracts": False}}},
+                 "stimulus": {"sites": [{"centre": ["0.013900000000000001 m", "-0.023899999999999998 m"], "radius": "1e-05 m"}]}}
+        run = Run(write(self.folder / "run", *healthy(), scene))
+        self.assertEqual(tables.scene_differences([run], {"mechanics": wall})[1], [
+            ["mechanics.regions.ring.contracts", "false", ""], ["mechanics.regions.ring.law", "neo_hookean", "guccione"],
+            ["stimulus.sites", "[{centre: [0.0139 m, -0.0239 m], radius: 1e-05 m}]", ""]])
+
+    def test_origins_of_several_runs_are_one_table(self):
+        runs = [Run(write(self.folder / name, *healthy())) for name in ("one", "two")]
+        for run in runs:
+            (run.folder / "provenance.json").write_text(json.dumps({"command": ["x"], "in_folder": "/here", "MPI": run.name}))
+        self.assertEqual(tables.origin(runs), (["", "one", "two"], [["in folder", "/here", "/here"], ["MPI", "one", "two"]]))
+        self.assertEqual(tables.origin(runs[:1]), (["", ""], [["in folder", "/here"], ["MPI", "one"]]))
 
     def test_a_run_without_beats_has_one_column(self):
         columns = {"step": range(3), "time [s]": [0, 0.5, 1.0], "min_J": [1, 0.9, 0.8]}

@@ -137,7 +137,7 @@ def iterations(runs):
 
 def cost(runs):
     """Wall time of each participant by its work, waiting left out; what is little is put together."""
-    rows = [(f"{run.name}\n{name}" if len(runs) > 1 else name, works) for run in runs
+    rows = [(f"{run.name}, {name}" if len(runs) > 1 else name, works) for run in runs
             for name, works in run.indicators.get("wall_s_by_work", {}).items()]
     if not rows:
         return None

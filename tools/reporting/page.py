@@ -163,8 +163,8 @@ def page(runs, drawn, defaults, missing_pictures=""):
     parts.append(section("Cost", *((f"<h3>{text(run.name)}</h3>" if several else "") + table(*tables.cost(run)) + idle(run)
                                    for run in runs if tables.cost(run)[1])))
     parts.append(section("Scene", differences(runs, defaults), *map(whole_scene, runs)))
-    parts.append(section("Origin", *((f"<h3>{text(run.name)}</h3>" if several else "") + repetition(run)
-                                     + table(["", ""], tables.origin(run), words=True) for run in runs)))
+    parts.append(section("Origin", *((f"<h3>{text(run.name)}</h3>" if several else "") + repetition(run) for run in runs),
+                         table(*tables.origin(runs), words=True)))
     lines = "".join(f'<p class="about">{text(run.name + ": " if several else "")}{text(about(run))}</p>' for run in runs)
     return ('<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
             f'content="width=device-width, initial-scale=1"><title>{text(title)}</title>'

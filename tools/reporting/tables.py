@@ -1,4 +1,6 @@
 """Tables of runs as rows of text: for the terminal and for the page."""
+import re
+
 import yaml
 
 from results import SHOWN, flat, provenance
@@ -55,8 +57,14 @@ def cost(run):
 
 
 def as_written(value):
-    """A value as a scene has it."""
-    return yaml.safe_dump(value, default_flow_style=True, width=10000, sort_keys=False).removesuffix("\n...\n").strip("\n'")
+    """A value as a scene has it, without what binary numbers leave behind the twelfth digit."""
+    text = yaml.safe_dump(value, default_flow_style=True, width=10000, sort_keys=False).removesuffix("\n...\n").strip("\n'")
+    return re.sub(r"\d+\.\d{12,}(e-?\d+)?", lambda number: f"{float(number[0]):.12g}", text)
+
+
+def default_of(key, usual):
+    """A region of the wall has the keys of the wall."""
+    return usual.get(key, usual.get(re.sub(r"\.regions\.[^.]+", "", key), ""))
 
 
 def scene_differences(runs, defaults):
@@ -65,13 +73,15 @@ def scene_differences(runs, defaults):
     rows = []
     for key in dict.fromkeys(key for run in runs for key in run.scene):
         values = [run.scene.get(key, "") for run in runs]
-        differ = any(value != values[0] for value in values) if len(runs) > 1 else values[0] != usual.get(key, "")
+        differ = any(value != values[0] for value in values) if len(runs) > 1 else values[0] != default_of(key, usual)
         if differ:
-            rows.append([key, *map(as_written, values), as_written(usual.get(key, ""))])
+            rows.append([key, *map(as_written, values), as_written(default_of(key, usual))])
     return ["key", *(run.name for run in runs), "default"], rows
 
 
-def origin(run):
-    """Rows (what, value) of versions and machine."""
-    about = provenance(run.folder)
-    return [[key.replace("_", " "), str(value)] for key, value in about.items() if key != "command"]
+def origin(runs):
+    """Heading and rows of versions and machine, a column for each run."""
+    abouts = [provenance(run.folder) for run in runs]
+    keys = [key for key in dict.fromkeys(key for about in abouts for key in about) if key != "command"]
+    return (["", *(run.name if len(runs) > 1 else "" for run in runs)],
+            [[key.replace("_", " "), *(str(about.get(key, "")) for about in abouts)] for key in keys])
