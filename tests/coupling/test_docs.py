@@ -12,7 +12,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import numpy as np
 import yaml
+from PIL import Image
 
 from documents import SOURCE, Document, files
 
@@ -24,6 +26,7 @@ MADE = ("results/", "report/", "fields/", "checkpoints/", "logs/", "build/", "bi
         "paraview_state.py")
 DOI = re.compile(r"\b10\.\d{4,5}/[\w.()/-]*\w")
 sys.path[:0] = [str(SOURCE / "tools")]
+from reporting import style  # noqa: E402
 
 
 class Parsed(Exception):
@@ -219,6 +222,17 @@ class Docs(unittest.TestCase):
                     found[name] = folder / name
                     found[name].write_text("\n".join(lines).replace("base: configs", f"base: {SOURCE}/configs"))
         return found
+
+    def test_pictures_of_reports_have_all_colours_and_the_whole_page(self):
+        """Which ends with its margin; a palette would make one colour of those of two schemes."""
+        for name, n_schemes in (("report", 1), ("report_real_lv", 1), ("report_comparison", 4)):
+            with self.subTest(name), Image.open(SOURCE / f"docs/pictures/{name}.png") as picture:
+                self.assertEqual(picture.mode, "RGB")
+                pixels = np.asarray(picture).astype(int)
+                self.assertEqual(pixels[-40:].min(), 255)
+                self.assertLess(pixels[-120:].min(), 150, "text ends there")
+                for shade in style.colours(["EFS1", "E1FS2", "EFS1-corrected", "E1FSinf"])[:n_schemes]:
+                    self.assertGreater((abs(pixels - 255 * np.array(style.to_rgb(shade))).max(axis=2) < 3).sum(), 500, shade)
 
     def test_references_are_listed(self):
         entries = re.findall(r"^@\w+\{(.*?)^\}", (SOURCE / "docs/references.bib").read_text(), flags=re.S | re.M)

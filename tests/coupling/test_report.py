@@ -2,68 +2,25 @@
 import html
 import html.parser
 import json
-import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import yaml
 from browser import BROWSER, WINDOWS, faults, look
 from launch import BIN, SOURCE, Forked, Launch
+from made_runs import Temporary, healthy, write
 
 sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from reporting import charts, plausibility, style, tables  # noqa: E402
+from reporting import plausibility, style, tables  # noqa: E402
 from reporting.page import table  # noqa: E402
 from results import Run  # noqa: E402
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
-PHASES = ((0.09, "isovolumetric contraction"), (0.3, "ejection"), (0.4, "isovolumetric relaxation"), (0.8, "filling"))
-
-
-def healthy():
-    """Columns and indicators of a beat without fault, in steps of 10 ms."""
-    time = np.linspace(0, 0.8, 81)
-    phase = [next(name for end, name in PHASES if t <= end + 1e-9) for t in time]
-    volume = np.interp(time, [0, 0.09, 0.3, 0.4, 0.8], [120e-6, 119e-6, 60e-6, 61e-6, 119e-6])
-    pressure = np.interp(time, [0, 0.09, 0.2, 0.3, 0.4, 0.8], [1333, 9000, 16000, 9000, 1300, 1333])
-    columns = {"step": range(81), "time [s]": time, "lifting_iterations": [1] * 81, "mesh_min_J": [0.6] * 81,
-               "activated_share": np.clip(time / 0.11, 0, 1), "volume [m^3]": volume, "mean_pressure [Pa]": pressure,
-               "mitral_flow [m^3/s]": np.where(time > 0.4, 3e-4, 0), "aortic_flow [m^3/s]": np.where(abs(time - 0.2) < 0.1, 3e-4, 0),
-               "phase": phase, "volume_defect [m^3/s]": np.full(81, 1e-6), "disagreement [Pa]": np.full(81, 10.0),
-               "alpha [kg/(m^2 s)]": [5000] * 81, "coupling_iterations": [1] * 81, "alpha_limit [kg/(m^2 s)]": [14000] * 81,
-               "min_J": np.full(81, 0.9), "peak_tension [Pa]": np.full(81, 1e4), "wall_volume": np.full(81, 0.99),
-               "clamped_share": np.zeros(81)}
-    beat = {"beat": 1, "start": 0.0, "end": 0.8, "complete": True, "EDV_mL": 120.0, "ESV_mL": 60.0, "EF_percent": 50.0,
-            "ILI_C_percent": 1.0, "ILI_R_percent": 1.5, "p_max_mmHg": 120.0, "activation_time_ms": 110.0,
-            "aortic_opens_ms": 90.0, "aortic_closes_ms": 300.0, "mitral_opens_ms": 400.0}
-    return {name: list(values) for name, values in columns.items()}, [beat]
-
-
-def write(folder, columns, beats, scene=None):
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = zip(*columns.values())
-    (folder / "history.csv").write_text(",".join(columns) + "\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
-    works = {"mech": {"assembly": 3.0, "waiting": 4.0}, "fluid": {"linear solve": 2.0, "waiting": 5.0}}
-    (folder / "indicators.json").write_text(json.dumps({
-        **beats[-1], "beats": beats, "wall_s_by_part": {"mech": 3.0, "fluid": 2.0}, "wall_s_by_work": works, "steps_timed": 80,
-        "wall_s": 8.0, "cpu_s": 12.0}))
-    (folder / "scene.resolved.yaml").write_text(yaml.safe_dump(scene or {
-        "scene": "made", "geometry": {"shape": "ideal_left_ventricle", "mesh": "M0"}, "coupling": {"scheme": "EFS1", "iterations": 1},
-        "mechanics": {"law": "guccione", "guccione": {"kappa": "50000 Pa"}, "active": {"sarcomere_length": "1.75 um"}}}))
-    return folder
-
-
-class Temporary(unittest.TestCase):
-    def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.folder = Path(temporary.name)
 
 
 class Plausibility(Temporary):
@@ -312,41 +269,6 @@ class Reports(Temporary):
                         "<script>console.error('wrong')</script></body>")
         self.assertEqual(len(faults(look(page, 400, False))), 5)
 
-    def test_nothing_is_cut_off_a_figure(self):
-        figure, axis = style.plt.subplots(figsize=(3, 2))
-        axis.plot([0, 1], label="a name that is much longer than the axes are wide " * 2)
-        figure.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0))
-        style.save(figure, self.folder / "legend")
-        pixels = np.asarray(Image.open(self.folder / "legend.png").convert("L"))
-        for edge in (pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]):
-            self.assertEqual(edge.min(), 255)
-
-    def test_numbers_beside_an_axis_are_whole(self):
-        """Not 0.04 with an offset of 107.1 above."""
-        columns, beats = healthy()
-        columns["volume [m^3]"] = 107.1e-6 + 1e-8 * np.linspace(0, 1, 81)
-        figure = charts.volume_and_pressure([Run(write(self.folder / "run", columns, beats))])
-        figure.canvas.draw()
-        self.assertEqual([axis.yaxis.get_offset_text().get_text() for axis in figure.axes], [""] * len(figure.axes))
-
-    def test_curves_that_coincide_are_all_seen(self):
-        runs = [Run(write(self.folder / scheme, *healthy(), {"coupling": {"scheme": scheme}}))
-                for scheme in ("EFS1", "adaptive", "EFS1-corrected", "E1FSinf")]
-        figure = charts.pressure_volume_loop(runs)
-        figure.legends[0].remove()
-        figure.savefig(self.folder / "loop.png")
-        pixels = np.asarray(Image.open(self.folder / "loop.png").convert("RGB")).astype(int)
-        for look in charts.own_looks(runs):
-            near = abs(pixels - 255 * np.array(style.to_rgb(look["color"]))).max(axis=2) < 12
-            self.assertGreater(near.sum(), 100, look["color"])
-
-    def test_time_goes_from_one_edge_of_a_chart_to_the_other(self):
-        columns, beats = healthy()
-        run = Run(write(self.folder / "run", {**columns, "lifting_iterations": [2] * 81}, beats))
-        for chart in (charts.volume_and_pressure, charts.flows, charts.budget, charts.wall, charts.iterations):
-            for axis in chart([run]).axes:
-                self.assertEqual(axis.get_xlim(), (0, 800), chart.__name__)
-
     def test_the_command_that_has_made_a_run_can_be_typed(self):
         folder = write(self.folder / "run", *healthy())
         (folder / "provenance.json").write_text(json.dumps({"command": ["/somewhere/bin/coupler", "a.yaml", "--set", "mesh=M1"]}))
@@ -355,35 +277,6 @@ class Reports(Temporary):
 
     def test_keys_break_at_their_dots(self):
         self.assertIn("<td>a.<wbr>long.<wbr>key</td><td>0.5</td>", table(["", ""], [["a.long.key", "0.5"]], words=True))
-
-    def test_a_legend_names_every_run_also_those_that_the_first_chart_lacks(self):
-        columns, beats = healthy()
-        runs = [Run(write(self.folder / "one", {**columns, "coupling_iterations": [2] * 81}, beats)),
-                Run(write(self.folder / "two", {"fsi_iterations" if name == "coupling_iterations" else name: [3] * 81
-                                                if name == "coupling_iterations" else values for name, values in columns.items()}, beats))]
-        figure = charts.iterations(runs)
-        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["one", "two"])
-
-    def test_a_scheme_has_its_colour_everywhere(self):
-        alone, beside = style.colours(["EFS1"]), style.colours(["E1FSinf", "E1FS2_a5000", "EFS1_a2000", "EFS1_auto", "corrected"])
-        self.assertEqual(alone[0], beside[2])
-        self.assertEqual(len(set(beside)), 5)
-        self.assertNotIn(beside[3], style.PALETTE, "a second one of a scheme has none of another scheme's")
-        self.assertTrue(set(style.colours(["EFS1"] * 4)) < set(style.PALETTE), "of one scheme only, all differ clearly")
-        self.assertEqual(style.pretty("kg/(m^2 s)"), "kg/(m² s)")
-
-
-class OfTheDocuments(unittest.TestCase):
-    def test_pictures_of_reports_have_all_colours_and_the_whole_page(self):
-        """Which ends with its margin; a palette would make one colour of those of two schemes."""
-        for name, n_schemes in (("report", 1), ("report_real_lv", 1), ("report_comparison", 4)):
-            with self.subTest(name), Image.open(SOURCE / f"docs/pictures/{name}.png") as picture:
-                self.assertEqual(picture.mode, "RGB")
-                pixels = np.asarray(picture).astype(int)
-                self.assertEqual(pixels[-40:].min(), 255)
-                self.assertLess(pixels[-120:].min(), 150, "text ends there")
-                for shade in style.colours(["EFS1", "E1FS2", "EFS1-corrected", "E1FSinf"])[:n_schemes]:
-                    self.assertGreater((abs(pixels - 255 * np.array(style.to_rgb(shade))).max(axis=2) < 3).sum(), 500, shade)
 
 
 class Tables(Temporary):
