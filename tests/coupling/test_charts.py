@@ -30,6 +30,18 @@ class Charts(Temporary):
         figure.canvas.draw()
         self.assertEqual([axis.yaxis.get_offset_text().get_text() for axis in figure.axes], [""] * len(figure.axes))
 
+    def test_no_text_lies_over_the_loop_of_a_run_that_does_not_eject(self):
+        columns, beats = healthy()
+        columns["volume [m^3]"] = 107.1e-6 + 1e-9 * np.sin(np.linspace(0, 12.5, 81))
+        beats[0]["end"] = 0.4
+        run = Run(write(self.folder / "run", columns, [*beats, {"beat": 2, "start": 0.4, "end": 0.8, "complete": True}]))
+        figure = charts.pressure_volume_loop([run])
+        figure.canvas.draw()
+        frame = figure.axes[0].get_window_extent()
+        texts = [*figure.axes[0].texts, *figure.legends, *filter(None, [figure.axes[0].get_legend()])]
+        self.assertEqual([text for text in texts if text.get_window_extent().overlaps(frame)], [])
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()], ["beat 1", "beat 2"])
+
     def test_curves_that_coincide_are_all_seen(self):
         runs = [Run(write(self.folder / scheme, *healthy(), {"coupling": {"scheme": scheme}}))
                 for scheme in ("EFS1", "adaptive", "EFS1-corrected", "E1FSinf")]

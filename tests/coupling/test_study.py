@@ -8,13 +8,15 @@ import tempfile
 import time
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
 
 from launch import SOURCE, Forked, Launch
 
 sys.path.insert(0, str(SOURCE / "tools"))
 import numpy as np  # noqa: E402
 
-from study import measures, table  # noqa: E402
+from study import figures, measures, table  # noqa: E402
 from study.budget import Neighbour, Plan, advice  # noqa: E402
 from study.figures import log_ordinate, plain  # noqa: E402
 from study.growth import digits, growth  # noqa: E402
@@ -312,6 +314,19 @@ class Figures(unittest.TestCase):
 
     def test_numbers_at_an_axis_are_as_a_page_writes_them(self):
         self.assertEqual([plain(value) for value in (20000, 5, 0.5, 0.05, 5e-6)], ["20,000", "5", "0.5", "0.05", "5·10⁻⁶"])
+
+    def test_no_number_of_a_bar_is_where_bars_and_diamonds_are(self):
+        runs, kept = [SimpleNamespace(name=name) for name in ("EFS1", "E1FSinf")], []
+        study = SimpleNamespace(paper={"EFS1": {"EF_percent": 53.4}, "E1FSinf": {"EF_percent": 57.0}}, about="")
+        done = {"EFS1": {"EF_percent": 50.3}, "E1FSinf": {"EF_percent": 52.4}}
+        with mock.patch.object(figures, "save", lambda drawing, *_: kept.append(drawing)):
+            figures.bars(study, None, {"y": ["EF_percent"]}, runs, done, None)
+        kept[0].canvas.draw()
+        axis = kept[0].axes[0]
+        self.assertEqual([number.get_text() for number in axis.texts], ["50.3", "52.4"])
+        for number in axis.texts:
+            self.assertGreater(number.get_window_extent().x0, axis.get_window_extent().x1)
+        plt.close(kept[0])
 
     def test_all_charts_have_the_style_of_the_project(self):
         own = [str(path.relative_to(SOURCE)) for path in sorted((SOURCE / "tools").rglob("*"))

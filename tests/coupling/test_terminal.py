@@ -3,6 +3,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -94,6 +95,22 @@ class OneCommand(Temporary):
         self.assertEqual(completed("example", "pis"), ["piston"])
         self.assertIn("--charts", completed("report", "--"))
         self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
+    def test_a_first_build_says_how_long_it_takes(self):
+        tools = self.folder / "tools"
+        tools.mkdir()
+        shutil.copy(SOURCE / "tools/setup.sh", tools)
+        for name in ("cmake", "ninja"):
+            (tools / name).write_text("#!/bin/sh\n")
+            (tools / name).chmod(0o755)
+        build = ["env", f"PATH={tools}:{os.environ['PATH']}", "bash", "-c", f"source {tools}/setup.sh; build programs"]
+        self.assertIn("First build, 5 to 10 minutes", Launch(build, self.folder).output)
+        coupler = self.folder / "build/release/bin/coupler"
+        coupler.parent.mkdir(parents=True)
+        coupler.write_text("")
+        coupler.chmod(0o755)
+        again = Launch(build, self.folder)
+        self.assertEqual((again.code, again.output), (0, ""))
 
     def test_no_report_is_promised_where_there_is_none(self):
         (self.folder / "missing").mkdir()

@@ -41,11 +41,17 @@ def own_looks(runs):
     return [{"color": shade, "ls": LINES[k % len(LINES)]} for k, shade in enumerate(colours([run.scheme for run in runs]))]
 
 
-def finish(figure, axes, runs):
-    if len(runs) > 1:
+def names_of(runs):
+    return [run.name for run in runs]
+
+
+def finish(figure, axes, names):
+    """With a legend above, where there is more than one name."""
+    if len(names) > 1:
         named = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels())}
-        shown = [run.name for run in runs if run.name in named]
-        figure.legend([named[name] for name in shown], shown, loc="lower center", bbox_to_anchor=(0.55, 1.0), ncols=min(len(runs), 2))
+        shown = [name for name in names if name in named]
+        figure.legend([named[name] for name in shown], shown, loc="lower center", bbox_to_anchor=(0.55, 1.0),
+                      ncols=min(len(names), 2))
     figure.align_ylabels()
     return figure
 
@@ -60,7 +66,7 @@ def in_time(runs, rows):
         for run, look in zip(runs, own_looks(runs)):
             axis.plot(run.milliseconds, run.history[column] / scale, label=run.name, **look)
         axis.set_ylabel(label)
-    return finish(figure, axes, runs)
+    return finish(figure, axes, names_of(runs))
 
 
 def pressure_volume_loop(runs):
@@ -77,9 +83,8 @@ def pressure_volume_loop(runs):
             axis.plot(volume[rows][0], pressure[rows][0], "o", color=own["color"], ms=4)
     axis.set_xlabel("volume of the ventricle [mL]")
     axis.set_ylabel("mean pressure [mmHg]")
-    if len(runs) == 1 and len(list(runs[0].beats())) > 1:
-        axis.legend(loc="center")
-    return finish(figure, [axis], runs)
+    beats = [f"beat {beat.get('beat', 1)}" for beat, _ in runs[0].beats()]
+    return finish(figure, [axis], beats if len(runs) == 1 else names_of(runs))
 
 
 def volume_and_pressure(runs):
@@ -113,7 +118,7 @@ def budget(runs):
         axes[1].plot(run.milliseconds, lost / ML, **look)
     axes[0].set_ylabel("through the wall\n[mL/s]")
     axes[1].set_ylabel("its sum over\ntime [mL]")
-    return finish(figure, axes, runs)
+    return finish(figure, axes, names_of(runs))
 
 
 def iterations(runs):
@@ -132,7 +137,7 @@ def iterations(runs):
         axis.set_xlim(*(edge([edge(run.milliseconds) for run in runs]) for edge in (min, max)))
         axis.set_ylabel(name.removesuffix("_iterations"))
         axis.set_ylim(bottom=0)
-    return finish(figure, axes, runs)
+    return finish(figure, axes, names_of(runs))
 
 
 def cost(runs):
