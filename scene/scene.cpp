@@ -35,9 +35,10 @@ void check_labels(config::Section &s, const std::string &key, const std::vector<
                       config::joined(known));
 }
 
-void check_regions(config::Section &s, const std::string &key, const std::vector<std::string> &regions,
+template <class Parameters>
+void check_regions(config::Section &s, const std::string &key, const std::map<std::string, Parameters> &regions,
                    const std::vector<std::string> &known) {
-  for (const auto &region : regions)
+  for (const auto &[region, parameters] : regions)
     if (std::find(known.begin(), known.end(), region) == known.end())
       s.fail(key, "the solid has no region '" + region + "'" + config::did_you_mean(region, known) + " It has " +
                       config::joined(known));
@@ -102,7 +103,8 @@ void SceneParameters::describe(config::Section &s) {
       who.fail(participant, "has neither 'program' nor 'command'");
   }
 
-  ep.describe(s.section("electrophysiology", "electrical activity"));
+  config::Section &tissue = s.section("electrophysiology", "electrical activity");
+  ep.describe(tissue);
   config::Section &wall = s.section("mechanics", "motion of the wall");
   mech.describe(wall);
   config::Section &lifting = s.section("lifting", "motion of the fluid's mesh");
@@ -112,6 +114,8 @@ void SceneParameters::describe(config::Section &s) {
   output.describe(s.section("output", "what is written"));
   time.settle(time_block, ep.stimulus.period);
   check_boundaries(s, directions, wall, lifting, blood);
+  if (!ep.conductivity.regions.empty())
+    check_regions(tissue, "conductivity", ep.conductivity.regions, geometry::solid_regions(geometry));
   check_consistency(s);
 }
 
@@ -138,10 +142,7 @@ void SceneParameters::check_boundaries(config::Section &s, config::Section &dire
     check_labels(wall, "pericardium", mech.pericardium.labels, known);
     for (const auto &[name, load] : mech.loads)
       check_labels(wall, "loads", {load.label}, known);
-    std::vector<std::string> regions;
-    for (const auto &[name, region] : mech.regions)
-      regions.push_back(name);
-    check_regions(wall, "regions", regions, geometry::solid_regions(geometry));
+    check_regions(wall, "regions", mech.regions, geometry::solid_regions(geometry));
   }
   if (computes("ale")) {
     check_labels(lifting, "fixed", ale.fixed, in_fluid);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -71,5 +72,13 @@ class Section {
   /// A check that spans several keys: fails at this block's line.
   [[noreturn]] virtual void fail(const std::string &key, const std::string &message) = 0;
 };
+
+/// Blocks whose names the scene chooses; those that are new begin with the `usual` parameters.
+template <class Parameters>
+std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all, Section &s, const Parameters &usual) {
+  for (const auto &name : s.free_keys())
+    all.emplace(name, usual);
+  return all;
+}
 
 } // namespace heartbus::config

@@ -3,7 +3,7 @@
 #include <Epetra_Map.h>
 #include <Epetra_MpiComm.h>
 
-#include <numeric>
+#include <algorithm>
 
 namespace heartbus::fem {
 
@@ -50,8 +50,10 @@ std::unique_ptr<Epetra_CrsMatrix> trilinos_copy(const BlockMatrix<double> &matri
 }
 
 void copy_values(const BlockMatrix<double> &matrix, Epetra_CrsMatrix &copy) {
-  visit_rows(matrix, [&](int row, int length, double *values, int *columns) {
-    copy.ReplaceMyValues(row, length, values, columns);
+  visit_rows(matrix, [&](int row, int length, double *values, int *) { // columns are sorted here and there
+    double *there = nullptr;
+    copy.ExtractMyRowView(row, length, there);
+    std::copy_n(values, length, there);
   });
 }
 

@@ -35,10 +35,25 @@ void StimulusParameters::describe(config::Section &s) {
     sites[i].describe(s.item("sites", i));
 }
 
-void ConductivityParameters::describe(config::Section &s) {
+void Conductivity::describe(config::Section &s) {
   s.quantity("fibre", fibre, "m^2/s", config::non_negative, "along the fibres");
   s.quantity("sheet", sheet, "m^2/s", config::non_negative, "along the sheets, across the fibres");
   s.quantity("normal", normal, "m^2/s", config::non_negative, "across the sheets");
+}
+
+void ConductivityParameters::describe(config::Section &s) {
+  Conductivity::describe(s);
+  config::Section &by_name = s.section("regions", "regions of the mesh that differ, by name: the keys above");
+  for (auto &[name, region] : config::named(regions, by_name, Conductivity{*this}))
+    region.describe(by_name.section(name, ""));
+}
+
+double ConductivityParameters::smallest() const {
+  const auto least = [](const Conductivity &c) { return std::min({c.fibre, c.sheet, c.normal}); };
+  double result = least(*this);
+  for (const auto &[name, region] : regions)
+    result = std::min(result, least(region));
+  return result;
 }
 
 void EikonalParameters::describe(config::Section &s) {
@@ -87,7 +102,7 @@ void Parameters::describe(config::Section &s) {
   stimulus.describe(s.section("stimulus", "applied current"));
   eikonal.describe(s.section("eikonal", "of the model eikonal"));
   prescribed.describe(s.section("prescribed", "of the model prescribed"));
-  if (model == "eikonal" && std::min({conductivity.fibre, conductivity.sheet, conductivity.normal}) <= 0)
+  if (model == "eikonal" && conductivity.smallest() <= 0)
     s.fail("conductivity", "the model eikonal needs one above 0 m^2/s in all directions, or its front never crosses");
   s.number("tolerance", tolerance, {1e-14, 1e-2}, "of the linear solver, relative to the whole right-hand side");
   s.choice("preconditioner", preconditioner, {"jacobi", "ilu", "amg"}, "of GMRES; the paper's is amg");

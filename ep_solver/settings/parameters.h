@@ -2,6 +2,7 @@
 
 #include "common/config/table.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,9 +29,15 @@ struct StimulusParameters {
 
 /// Diffusion along fibres, sheets and their normals, conductivity over membrane area and capacitance [m^2/s]; the
 /// defaults are the paper's.
-struct ConductivityParameters {
+struct Conductivity {
   double fibre = 1.68e-4, sheet = 0.769e-4, normal = 0.248e-4;
   void describe(config::Section &section);
+};
+
+struct ConductivityParameters : Conductivity {
+  std::map<std::string, Conductivity> regions; ///< of the mesh that differ, by name
+  void describe(config::Section &section);
+  double smallest() const; ///< in any direction and region
 };
 
 /// Of the model eikonal.

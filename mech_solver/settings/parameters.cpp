@@ -13,15 +13,6 @@ namespace {
 constexpr config::Range pressure_range =
     config::between(-1e6, 1e6, "pressures around a heart are a few 10 kPa at most");
 
-/// Blocks whose names the scene chooses.
-template <class Parameters>
-std::map<std::string, Parameters> &named(std::map<std::string, Parameters> &all, config::Section &s,
-                                         const Parameters &usual) {
-  for (const auto &name : s.free_keys())
-    all.emplace(name, usual);
-  return all;
-}
-
 } // namespace
 
 void ActiveParameters::describe(config::Section &s) {
@@ -99,7 +90,7 @@ void Parameters::describe(config::Section &s) {
   MaterialParameters::describe(s);
   config::Section &by_name =
       s.section("regions", "regions of the mesh that differ, by name: the keys above and 'contracts'");
-  for (auto &[name, region] : named(regions, by_name, RegionParameters{*this, true}))
+  for (auto &[name, region] : config::named(regions, by_name, RegionParameters{*this, true}))
     region.describe(by_name.section(name, ""));
   s.choice("volume", volume, {"penalty", "mean_dilatation"},
            "energy of volume at each point, or of each cell as a whole: for large kappa");
@@ -112,12 +103,12 @@ void Parameters::describe(config::Section &s) {
              "on the interface, to which the solid is inflated; without blood it stays there");
   s.integer("inflation_steps", inflation_steps, {1, 10000}, "load steps of the inflation");
   config::Section &pushes = s.section("loads", "pressures and tractions on boundary parts, by names of one's own");
-  for (auto &[name, load] : named(loads, pushes, LoadParameters{}))
+  for (auto &[name, load] : config::named(loads, pushes, LoadParameters{}))
     load.describe(pushes.section(name, ""));
   s.quantities("gravity", gravity, "m/s^2", 3, "acceleration by a dead body force");
   config::Section &points =
       s.section("probes", "points at rest whose displacements are columns of history.csv, by name");
-  for (auto &[name, point] : named(probes, points, std::vector<double>(3)))
+  for (auto &[name, point] : config::named(probes, points, std::vector<double>(3)))
     points.quantities(name, point, "m", 3, "");
   s.boolean(
       "active_increment", active_increment,

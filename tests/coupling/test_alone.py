@@ -152,12 +152,13 @@ class Alone(unittest.TestCase):
         self.assertEqual(launch.code, 2, launch.output)
         self.assertIn("lifting needs 'displacement' of the interface, which nobody sends", launch.output)
 
-    def test_short_benchmarks(self):
-        done = subprocess.run([SOURCE / "tools/verify", "--quick", "--out", self.folder, *QUICK], check=False,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              env={**os.environ, "HEARTBUS_BIN": str(BIN)})
-        self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertEqual(done.stdout.count("| within"), done.stdout.count("\n| ") + 1, done.stdout)
+    def test_short_benchmarks_and_one_of_them_once_more(self):
+        for names in (QUICK, QUICK[:1]):
+            done = subprocess.run([SOURCE / "tools/verify", "--quick", "--out", self.folder, *names], check=False,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                  env={**os.environ, "HEARTBUS_BIN": str(BIN)})
+            self.assertEqual(done.returncode, 0, done.stdout)
+            self.assertEqual(done.stdout.count("| within"), done.stdout.count("\n| ") + 1, done.stdout)
 
 
 QUICK = ["land2015_beam", "turek_hron_csm1", "elastic_bar"]

@@ -200,9 +200,12 @@ TEST(BlockMatrix, MultipliesAsTrilinosDoes) {
     fem::Vector x = space.make_vector(c), y = x, z = x;
     for (unsigned k = 0; k < x.locally_owned_size(); ++k)
       x.local_element(k) = std::cos(1. + k);
+    auto copy = fem::trilinos_copy(A);
+    for (std::size_t k = 0; k < A.n_entries(); ++k)
+      A.values()[k] *= 1 + k % 5;
+    fem::copy_values(A, *copy);
     A.vmult(y, x);
     EXPECT_FALSE(x.has_ghost_elements());
-    auto copy = fem::trilinos_copy(A);
     Epetra_Vector x_copy(copy->DomainMap()), y_copy(copy->RangeMap());
     std::copy_n(x.begin(), A.n_rows(), &x_copy[0]);
     copy->Multiply(false, x_copy, y_copy);

@@ -120,6 +120,9 @@ struct Bar {
       : parameters(make_parameters(substeps, integrator, ionic_model)),
         space(communicator, mesh(length, n_cells, tetrahedra > 0), 0, tetrahedra > 0 ? tetrahedra : 1),
         solver(space, D(space), parameters) {}
+  Bar(const geometry::Mesh &mesh, const Conductivity &D)
+      : parameters(make_parameters(1, "imex_euler", "ttp06_epi")), space(MPI_COMM_WORLD, mesh),
+        solver(space, D(space), parameters) {}
 
   void run(int n_steps, double dt) {
     for (int n = 0; n < n_steps; ++n) {
@@ -222,6 +225,25 @@ TEST(Monodomain, WaveIsFastestAlongTheFibres) {
     EXPECT_NEAR(bar.speed(5e-3, 15e-3), c.speed, 0.015 * c.speed)
         << "fibres along " << c.fibre[0] << c.fibre[1] << c.fibre[2];
   }
+}
+
+/// The far half of a bar conducts as across the fibres: the front is slow there, in either half as in a bar of its own.
+TEST(Monodomain, ARegionHasItsOwnConductivity) {
+  geometry::FibreParameters fibres;
+  fibres.rule = "constant";
+  ep::ConductivityParameters parameters;
+  parameters.regions["slow"] = {0.769e-4, 0.769e-4, 0.769e-4};
+  geometry::Mesh mesh = Bar::mesh(40e-3, 80, false);
+  mesh.material_names = {"muscle", "slow"};
+  mesh.materials.assign(mesh.n_cells(), 0);
+  for (unsigned c = 0; c < mesh.n_cells(); ++c)
+    mesh.materials[c] = mesh.points[mesh.cells[8 * c]][0] > 19.9e-3;
+  Bar bar(mesh, [&](const fem::LagrangeSpace &space) {
+    return ep::conductivity(space, fem::Fibres(space, fibres), parameters);
+  });
+  bar.run(400, 2e-4);
+  EXPECT_NEAR(bar.speed(5e-3, 15e-3), 0.758, 0.015 * 0.758);
+  EXPECT_NEAR(bar.speed(25e-3, 35e-3), 0.494, 0.02 * 0.494);
 }
 
 TEST(Monodomain, ActivationIsReportedWhenAllNodesAreActive) {

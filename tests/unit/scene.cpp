@@ -233,6 +233,7 @@ TEST(Scene, NonsenseIsRefusedWithAReason) {
        "none.csv: this table cannot be read"},
       {"mechanics: {inertia: false}", "'inertia: false' is for a wall without blood"},
       {"mechanics: {regions: {ring: {contracts: false}}}", "the solid has no region 'ring'"},
+      {"electrophysiology: {conductivity: {regions: {ring: {fibre: 0 m^2/s}}}}", "the solid has no region 'ring'"},
       {"scene: ..", "cannot name a folder"},
       {"scene: -n", "cannot name a folder"},
       {"scene: \"a\\nb\"", "control characters"},

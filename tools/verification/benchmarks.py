@@ -69,7 +69,7 @@ class Benchmark:
         scene = ROOT / "configs/benchmarks" / self.plan["scene"]
         folder.mkdir(parents=True, exist_ok=True)
         with open(folder / "launch.log", "w") as log:
-            code = subprocess.run([sys.executable, ROOT / "tools/launch.py", scene, *words, "--out", folder], stdout=log,
+            code = subprocess.run([sys.executable, ROOT / "tools/launch.py", scene, *words, "--out", folder, "--force"], stdout=log,
                                   stderr=subprocess.STDOUT, check=False, env=environment()).returncode
         if code != 0:
             sys.exit(f"error: {self.name} ended with code {code}; see {folder / 'launch.log'}")
