@@ -22,7 +22,8 @@ std::string head_of(const Node &node) {
   case Node::Kind::task:
     return node.task + " " + node.participant;
   case Node::Kind::transfer:
-    return node.field + " " + node.participant + "->" + node.receiver + (node.optional ? " if known" : "");
+    return node.field + " " + node.participant + "->" + node.receiver +
+           (node.optional ? " if known" : node.if_wanted ? " if wanted" : "");
   case Node::Kind::repeat:
     return std::to_string(node.times) + " times";
   case Node::Kind::until:
@@ -71,7 +72,7 @@ double limit_of(const config::Outline &line, const std::string &text) {
 
 /// A line without those below it.
 Node to_node(const config::Outline &line) {
-  static const std::regex act("(\\S+) ([^\\s>]+)"), sent("(\\S+) ([^\\s>]+)->([^\\s>]+)( if known)?"),
+  static const std::regex act("(\\S+) ([^\\s>]+)"), sent("(\\S+) ([^\\s>]+)->([^\\s>]+)( if known| if wanted)?"),
       repeated("(\\d+) times"), limited("at most (\\d+) times until (\\S+) of (\\S+) < (\\S+)( or fail)?");
   std::smatch words;
   const auto word = [&words](int i) { return words[i].str(); };
@@ -83,7 +84,7 @@ Node to_node(const config::Outline &line) {
   }
   if (std::regex_match(line.text, words, sent)) {
     const Node node = transfer(word(1), word(2), word(3));
-    return words[4].matched ? optional(node) : node;
+    return word(4) == " if known" ? optional(node) : word(4) == " if wanted" ? if_wanted(node) : node;
   }
   if (std::regex_match(line.text, words, act)) {
     const std::string what = word(1), who = word(2);
@@ -93,7 +94,7 @@ Node to_node(const config::Outline &line) {
                                : order(who, what);
   }
   refuse(line, "is no line of a sequence; those are 'solve P', 'prepare P', 'commit P', 'TASK P', 'FIELD P->Q', "
-               "'FIELD P->Q if known', and with a list of lines below '3 times:' and "
+               "'FIELD P->Q if known' or 'if wanted', and with a list of lines below '3 times:' and "
                "'at most 9 times until SCALAR of P < LIMIT:', perhaps with 'or fail'");
 }
 

@@ -91,11 +91,11 @@ Nodes EFS1_corrected() {
 /// moves the fluid's mesh, the blood moves with it.
 Nodes one_way() {
   return {solve("ep"),
-          optional(transfer("calcium", "ep", "mech")),
+          if_wanted(transfer("calcium", "ep", "mech")),
           solve("mech"),
-          optional(transfer("displacement", "mech", "ale")),
+          if_wanted(transfer("displacement", "mech", "ale")),
           solve("ale"),
-          optional(transfer("mesh_motion", "ale", "fluid")),
+          if_wanted(transfer("mesh_motion", "ale", "fluid")),
           solve("fluid"),
           commit("ep"), commit("mech"), commit("ale"), commit("fluid")};
 }
@@ -124,8 +124,8 @@ Nodes start(const std::string &wall, const std::string &blood) {
           transfer("mesh_motion", "ale", blood), order(blood, "start")};
 }
 Nodes one_way_start() {
-  return {order("mech", "inflate"), optional(transfer("displacement", "mech", "ale")), solve("ale"),
-          optional(transfer("mesh_motion", "ale", "fluid")), order("fluid", "start")};
+  return {order("mech", "inflate"), if_wanted(transfer("displacement", "mech", "ale")), solve("ale"),
+          if_wanted(transfer("mesh_motion", "ale", "fluid")), order("fluid", "start")};
 }
 Nodes circulation_start() {
   return {order("mech", "inflate"), transfer("cavity_volume", "mech", "circulation"), order("circulation", "start"),

@@ -25,6 +25,11 @@ bool is_known_to_both(const Node &transfer, const std::vector<bus::ParticipantIn
          knows(*find(participants, transfer.receiver), transfer.field, false);
 }
 
+bool may_be_left_out(const Node &transfer, const std::vector<bus::ParticipantInfo> &participants) {
+  return transfer.optional ||
+         (transfer.if_wanted && !knows(*find(participants, transfer.receiver), transfer.field, false));
+}
+
 bool are_there(const Node &node, const std::vector<bus::ParticipantInfo> &participants) {
   return find(participants, node.participant) && (node.receiver.empty() || find(participants, node.receiver));
 }
@@ -97,7 +102,8 @@ std::string missing_of(const Node &node, const std::vector<bus::ParticipantInfo>
     return "";
   const bus::ParticipantInfo &who = *find(participants, node.participant);
   const bool is_written = !node.where.empty();
-  if (node.kind == Node::Kind::transfer && !node.optional && !is_known_to_both(node, participants)) {
+  if (node.kind == Node::Kind::transfer && !may_be_left_out(node, participants) &&
+      !is_known_to_both(node, participants)) {
     const bool is_sent = knows(who, node.field, true);
     return "'" + node.field + "' from " + node.participant + " to " + node.receiver + " (" +
            (is_sent ? lack(node.field, *find(participants, node.receiver), false) : lack(node.field, who, true)) + ")";

@@ -30,6 +30,7 @@ struct Node {
   bool required = false;  ///< of Kind::until: the run fails when the limit is not reached
   bool optional = false;  ///< of Kind::transfer: left out when the one does not offer it or the other does not want it;
                           ///< without others a scheme makes no sense
+  bool if_wanted = false; ///< of Kind::transfer: left out when the one does not want it; the other has to offer it then
   std::string where{};    ///< "file:line" of a line that the scene has
 };
 using Nodes = std::vector<Node>;
@@ -55,8 +56,8 @@ std::map<std::string, interface::Texts> interface_settings(const SceneParameters
 /// Failure(scene) when a line of the scene names somebody who is not among these participants.
 void check_names(const Sequence &sequence, const std::vector<std::string> &participants);
 
-/// Without the lines whose participants are absent, tasks that a participant does not offer, and optional transfers
-/// that one of the two does not know; of Kind::every all or nothing. Failure(handshake) lists the other transfers
+/// Without the lines whose participants are absent, tasks that a participant does not offer, and transfers that may be
+/// left out and are not known to both; of Kind::every all or nothing. Failure(handshake) lists the other transfers
 /// that one of the two does not know, and of lines that the scene has also the tasks and scalars.
 Sequence drop_absent(const Sequence &sequence, const std::vector<bus::ParticipantInfo> &participants);
 

@@ -32,6 +32,10 @@ inline Node optional(Node node) {
   node.optional = true;
   return node;
 }
+inline Node if_wanted(Node node) {
+  node.if_wanted = true;
+  return node;
+}
 
 inline Nodes operator+(Nodes first, const Nodes &second) {
   first.insert(first.end(), second.begin(), second.end());

@@ -53,6 +53,7 @@ void expect_equal(const Nodes &a, const Nodes &b) {
     EXPECT_EQ(a[i].limit, b[i].limit);
     EXPECT_EQ(a[i].required, b[i].required);
     EXPECT_EQ(a[i].optional, b[i].optional);
+    EXPECT_EQ(a[i].if_wanted, b[i].if_wanted);
     expect_equal(a[i].body, b[i].body);
   }
 }

@@ -217,9 +217,19 @@ TEST(Sequence, EachPhysicsRunsAlone) {
   EXPECT_EQ(complaint(scheme("one_way"), {heart()[0], wall, lifting, blood}), "");
   const std::string chain = to_text(drop_absent(scheme("one_way"), {wall, lifting, blood}));
   EXPECT_NE(chain.find(
-                "solve mech; displacement mech->ale if known; solve ale; mesh_motion ale->fluid if known; solve fluid"),
+                "solve mech; displacement mech->ale if wanted; solve ale; mesh_motion ale->fluid if wanted; solve fluid"),
             std::string::npos)
       << chain;
+}
+
+TEST(Sequence, WhatIsWantedOfWhoTakesPartMustBeThere) {
+  const auto tissue = heart()[0], wall = participant("mech", {"displacement"}, {"calcium"}, {"inflate"}),
+             passive = participant("mech", {"displacement"}, {}, {"inflate"});
+  auto of_another_field = tissue;
+  of_another_field.fields[0].name = "potential";
+  EXPECT_EQ(complaint(scheme("one_way"), {of_another_field, wall}),
+            "the scheme one_way needs 'calcium' from ep to mech (ep declares no such output)");
+  EXPECT_EQ(complaint(scheme("one_way"), {of_another_field, passive}), "");
 }
 
 TEST(Sequence, AParticipantWithoutAPartIsRefused) {
