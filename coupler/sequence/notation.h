@@ -7,8 +7,8 @@ namespace heartbus::coupler {
 // Sequences as text, for runs to print and scenes to say:
 //
 //     solve P    prepare P    commit P    TASK P
-//     FIELD P->Q                                         a transfer; with "if known" left out if one of the two does not know
-//                                                        it, with "if wanted" if Q does not
+//     FIELD P->Q                                         a transfer; with "if known" left out if P or Q does not
+//                                                        know the field, with "if wanted" if Q does not
 //     3 times                                            and lines of its own
 //     at most 9 times until SCALAR of P < LIMIT          the same; with "or fail" the limit must be reached
 

@@ -216,8 +216,8 @@ TEST(Sequence, EachPhysicsRunsAlone) {
     EXPECT_EQ(complaint(scheme("one_way"), {alone}), "") << alone.name;
   EXPECT_EQ(complaint(scheme("one_way"), {heart()[0], wall, lifting, blood}), "");
   const std::string chain = to_text(drop_absent(scheme("one_way"), {wall, lifting, blood}));
-  EXPECT_NE(chain.find(
-                "solve mech; displacement mech->ale if wanted; solve ale; mesh_motion ale->fluid if wanted; solve fluid"),
+  EXPECT_NE(chain.find("solve mech; displacement mech->ale if wanted; solve ale; mesh_motion ale->fluid if wanted; "
+                       "solve fluid"),
             std::string::npos)
       << chain;
 }
