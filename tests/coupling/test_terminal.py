@@ -3,6 +3,7 @@ import json
 import os
 import pty
 import re
+import select
 import shutil
 import subprocess
 import sys
@@ -95,6 +96,35 @@ class OneCommand(Temporary):
         self.assertEqual(completed("example", "pis"), ["piston"])
         self.assertIn("--charts", completed("report", "--"))
         self.assertEqual(set(completed("''")), set(re.findall(r"^  (\w+)  ", self.succeed("--help"), re.M)))
+
+    @unittest.skipUnless(shutil.which("zsh"), "there is no zsh here")
+    def test_so_does_zsh(self):
+        for typed, completed in (("heartbus re", "heartbus report "), ("heartbus example pis", "heartbus example piston "),
+                                 ("heartbus report --ch", "heartbus report --charts ")):
+            with self.subTest(typed):
+                pid, terminal = pty.fork()
+                if pid == 0:
+                    os.execvpe("zsh", ["zsh", "-f", "-i"], {**os.environ, "TERM": "dumb", "PATH": f"{SOURCE}/tools:{os.environ['PATH']}"})
+                typing = f"autoload -Uz compinit; compinit -u -D; source {SOURCE}/tools/completion.sh; echo re''ady\n"
+                os.write(terminal, typing.encode())
+                self.read_until(terminal, "ready")
+                os.write(terminal, f"{typed}\t".encode())
+                self.read_until(terminal, completed)
+                os.write(terminal, b"\x15exit\n")
+                self.read_until(terminal, None)
+                os.waitpid(pid, 0)
+                os.close(terminal)
+
+    def read_until(self, terminal, text):
+        """None: until the other side is closed."""
+        said = ""
+        while text is None or text not in said:
+            if not select.select([terminal], [], [], 30)[0]:
+                self.fail(f"{said!r} and nothing more; expected: {text}")
+            try:
+                said += os.read(terminal, 65536).decode(errors="replace")
+            except OSError:
+                return self.assertIsNone(text, said)
 
     def test_a_first_build_says_how_long_it_takes(self):
         tools = self.folder / "tools"
