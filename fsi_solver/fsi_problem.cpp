@@ -107,7 +107,7 @@ unsigned FsiProblem::solve(Vector &dx, const Vector &r) {
                tolerance, solid_.tangent_solver().most_iterations())
         .iterations;
   } catch (const Failure &failure) {
-    if (failure.code() != ExitCode::not_converged || !solid_.tangent_solver().go_over_to_multigrid())
+    if (failure.code() != ExitCode::not_converged || !solid_.tangent_solver().strengthen())
       throw;
   }
   preconditioner_age_.forget();

@@ -8,20 +8,23 @@ namespace heartbus::mech {
 
 std::string TangentSolver::preconditioner_kind() const {
   if (is_static)
-    return "amg";
+    return is_static_stiff_ ? "direct" : "amg";
   return parameters_.preconditioner != "auto" ? parameters_.preconditioner : is_stiff_ ? "amg" : "ilu";
 }
 
 unsigned TangentSolver::most_iterations() const {
-  const bool may_change = !is_static && parameters_.preconditioner == "auto" && !is_stiff_;
-  return may_change ? 120 : is_static ? 2000 : 500;
+  if (is_static)
+    return is_static_stiff_ ? 50 : 200;
+  const bool may_change = parameters_.preconditioner == "auto" && !is_stiff_;
+  return may_change ? 120 : 500;
 }
 
-bool TangentSolver::go_over_to_multigrid() {
-  if (is_static || parameters_.preconditioner != "auto" || is_stiff_)
+bool TangentSolver::strengthen() {
+  bool &is_stiff = is_static ? is_static_stiff_ : is_stiff_;
+  if (is_stiff || (!is_static && parameters_.preconditioner != "auto"))
     return false;
   age_.forget();
-  return is_stiff_ = true;
+  return is_stiff = true;
 }
 
 void TangentSolver::follow(const fem::BlockMatrix<double> &tangent) {
@@ -37,7 +40,9 @@ unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem
     preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent);
     age_.renew();
   }
-  const unsigned allowed = renewed ? most_iterations() : std::min(most_iterations(), 3 * age_.usual() + 50);
+  // New factors cost some twenty solves with old ones.
+  const unsigned patience = preconditioner_kind() == "direct" ? 10 : 3 * age_.usual() + 50,
+                 allowed = renewed ? most_iterations() : std::min(most_iterations(), patience);
   try {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     const unsigned iterations =
@@ -51,7 +56,7 @@ unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem
     if (failure.code() != ExitCode::not_converged)
       throw;
     age_.forget(); // made for a state too far from this one
-    if (renewed && !go_over_to_multigrid())
+    if (renewed && !strengthen())
       throw;
   }
   dx = 0;

@@ -12,7 +12,8 @@ namespace heartbus::mech {
 
 /// Solves with the wall's tangent, and knows its preconditioner: kept for as long as it serves about as well as when it
 /// was new. Dynamic systems are dominated by the mass; static ones are not well conditioned and need multigrid. So do
-/// dynamic ones of walls that hardly change their volume (kappa above some 100 kPa on fine meshes).
+/// dynamic ones of walls that hardly change their volume (kappa above some 100 kPa on fine meshes). Static ones of such
+/// walls are beyond multigrid and are factorised.
 class TangentSolver {
  public:
   explicit TangentSolver(const SolverParameters &parameters) : parameters_(parameters) {}
@@ -22,10 +23,10 @@ class TangentSolver {
   /// There is a new tangent, for which the preconditioner shall go on to serve.
   void follow(const fem::BlockMatrix<double> &tangent);
   std::string preconditioner_kind() const;
-  /// How many iterations a linear solver may take before `go_over_to_multigrid` is worth its set-up.
+  /// How many iterations a linear solver may take before what `strengthen` changes to is worth its set-up.
   unsigned most_iterations() const;
-  /// Whether that is another preconditioner than so far.
-  bool go_over_to_multigrid();
+  /// Goes over to the next better preconditioner for the systems that come. Whether there is one.
+  bool strengthen();
   /// tangent dx = force, starting from dx. `rounded`: the tangent for iterations. Returns them.
   unsigned solve(const fem::BlockMatrix<double> &tangent, const fem::BlockMatrix<float> &rounded, fem::Vector &dx,
                  const fem::Vector &force, double tolerance, bus::Stopwatch &stopwatch);
@@ -34,7 +35,8 @@ class TangentSolver {
   const SolverParameters parameters_;
   std::unique_ptr<fem::Preconditioner> preconditioner_;
   fem::PreconditionerAge age_{3};
-  bool is_stiff_ = false;
+  bool is_stiff_ = false;        ///< for incomplete factors, in dynamic systems
+  bool is_static_stiff_ = false; ///< for multigrid, in static ones
 };
 
 } // namespace heartbus::mech

@@ -2,6 +2,7 @@
 
 #include "common/base/failure.h"
 #include "common/linear_algebra/block_ilu.h"
+#include "common/linear_algebra/direct_solver.h"
 #include "common/linear_algebra/flexible_gmres.h"
 #include "common/linear_algebra/trilinos_copy.h"
 
@@ -67,7 +68,9 @@ std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, con
     return std::make_unique<BlockILU>(matrix);
   if (kind == "amg")
     return make_amg(matrix);
-  throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, amg");
+  if (kind == "direct")
+    return make_direct_solver(matrix);
+  throw Failure(ExitCode::scene, "unknown preconditioner '" + kind + "'; there are jacobi, ilu, amg, direct");
 }
 
 namespace {

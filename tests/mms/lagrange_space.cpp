@@ -218,6 +218,23 @@ TEST(BlockMatrix, MultipliesAsTrilinosDoes) {
   }
 }
 
+TEST(DirectSolver, InvertsWhatCanBeInverted) {
+  const fem::LagrangeSpace space(MPI_COMM_WORLD, geometry::make_box({0, 0, 0}, {1, 1, 1}, {5, 4, 3}));
+  for (const unsigned c : {1u, 3u}) {
+    fem::BlockMatrix<double> A(space, c);
+    EXPECT_THROW(fem::make_preconditioner("direct", A), Failure) << "of zeros";
+    for (std::size_t k = 0; k < A.n_entries(); ++k)
+      A.values()[k] = std::sin(1. + 3. * k * k);
+    fem::Vector x = space.make_vector(c), b = x, y = x;
+    for (unsigned k = 0; k < x.locally_owned_size(); ++k)
+      x.local_element(k) = std::cos(1. + k);
+    A.vmult(b, x);
+    fem::make_preconditioner("direct", A)->vmult(y, b);
+    y -= x;
+    EXPECT_LT(y.linfty_norm(), 1e-10);
+  }
+}
+
 TEST(LagrangeSpace, PoissonConvergesWithOrderTwoOnHexahedra) {
   const auto box = geometry::make_box({0, 0, 0}, {1, 1, 1}, {4, 4, 4});
   const double coarse = poisson_error(box, 0, 1), fine = poisson_error(box, 1, 1);
