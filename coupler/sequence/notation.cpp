@@ -23,7 +23,9 @@ std::string head_of(const Node &node) {
     return node.task + " " + node.participant;
   case Node::Kind::transfer:
     return node.field + " " + node.participant + "->" + node.receiver +
-           (node.optional ? " if known" : node.if_wanted ? " if wanted" : "");
+           (node.optional    ? " if known"
+            : node.if_wanted ? " if wanted"
+                             : "");
   case Node::Kind::repeat:
     return std::to_string(node.times) + " times";
   case Node::Kind::until:

@@ -67,6 +67,15 @@ Nodes with_limit_of_alpha(const Nodes &step, bool is_followed, double dt) {
                            : Nodes{now_and_then, optional(limit)});
 }
 
+Nodes with_first_limit(const Nodes &start, const Nodes &step) {
+  const Place estimate = std::find_if(step.begin(), step.end(), [](const Node &node) {
+    return node.kind == Node::Kind::every && node.field == "alpha_limit";
+  });
+  const Place fluid_starts = std::find_if(
+      start.begin(), start.end(), [](const Node &node) { return node.participant == "fluid" && node.task == "start"; });
+  return estimate == step.end() || fluid_starts == start.end() ? start : after(start, *fluid_starts, {*estimate});
+}
+
 Nodes in_turns(const Nodes &step) {
   const Place work =
       std::find_if(step.begin(), step.end(), [](const Node &node) { return is(node, Node::Kind::solve, "ep"); });

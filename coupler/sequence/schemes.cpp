@@ -190,6 +190,7 @@ Sequence make_sequence(const CouplingParameters &coupling, double dt) {
   if (coupling.acceleration == "anderson")
     sequence.step = accelerated(sequence.step);
   sequence.step = with_limit_of_alpha(lifted_early(sequence.step), coupling.automatic_alpha, dt);
+  sequence.start = with_first_limit(sequence.start, sequence.step);
   if (coupling.lookahead == 0)
     sequence.step = in_turns(sequence.step);
   return sequence;

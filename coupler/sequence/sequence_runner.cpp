@@ -134,7 +134,10 @@ void SequenceRunner::order_while(const std::function<bool(const Node &)> &condit
     place_.iteration = actions.back().iteration;
 }
 
-bool SequenceRunner::is_regular(const Node &node, const bus::Step &step) const { return step.number % node.times == 1; }
+/// The first time is before the first step.
+bool SequenceRunner::is_regular(const Node &node, const bus::Step &step) const {
+  return step.number > 1 && (step.number - 1) % node.times == 0;
+}
 
 bool SequenceRunner::is_known(const Node &node) const {
   return reported(node.field, coordinator_.participant(node.participant), last_reports_.at(node.participant)) != 0;

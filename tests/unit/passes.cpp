@@ -259,6 +259,16 @@ TEST(Passes, AnAlphaThatFollowsIsTakenOnceTheLimitIsKnownAndBeforeTheFluidIsPrep
       << text;
 }
 
+TEST(Passes, TheFirstEstimateBelongsToTheStart) {
+  Sequence sequence = scheme({});
+  sequence.step = with_limit_of_alpha(sequence.step, false, 0.2e-3);
+  sequence.start = with_first_limit(sequence.start, sequence.step);
+  EXPECT_NE(to_text(sequence).find("start fluid; every 1000 steps (begin_probe mech; "), std::string::npos)
+      << to_text(sequence);
+  sequence.start.clear();
+  EXPECT_TRUE(with_first_limit(sequence.start, sequence.step).empty()) << "where nothing starts the fluid";
+}
+
 TEST(Passes, AccelerationPrecedesEachSolveOfTheFluidThatIsRepeated) {
   for (const auto &coupling : all_schemes()) {
     const std::string text = step_text(accelerated(scheme(coupling).step));

@@ -1,5 +1,6 @@
 #include "common/interface/nodal/wall_probe.h"
 
+#include <algorithm>
 #include <spdlog/fmt/fmt.h>
 
 namespace heartbus::interface {
@@ -36,7 +37,7 @@ void WallProbe::add() {
 void WallProbe::end(const bus::Step &step) {
   limit_ = alpha_limit_->value();
   value_.assign(value_.size(), limit_);
-  log_->info("t = {:.4f} s: alpha may be up to {:.0f} kg/(m^2 s)", step.time - step.size, limit_);
+  log_->info("t = {:.4f} s: alpha may be up to {:.0f} kg/(m^2 s)", std::max(step.time - step.size, 0.), limit_);
 }
 
 void WallProbe::visit(io::State &state, bool steps_are_the_same) {
