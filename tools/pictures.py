@@ -23,7 +23,7 @@ except ImportError as error:
 
 from rendering import (Series, actor, arrows, bounds, compose, compose_rows, drawn_inwards, far_half, lattice, line, milliseconds,
                        moved_bounds, opened, render, run, section, streamlines, surface, thinned, values_of, warped)
-from results import MMHG, History, resolved_scene
+from results import MMHG, History, origin, resolved_scene
 
 INK = (0.1, 0.1, 0.1)
 
@@ -66,7 +66,8 @@ def picture_fibres(mech, captions, path):
     for half, along, caption in zip((grid, far_half(grid)), (lines, far_half(lines)), captions):
         panels.append((render([actor(surface(half), colour=(0.93, 0.88, 0.86), opacity=0.15),
                                actor(surface(along), "angle", (-60, 60), "coolwarm")], bounds(x)), caption))
-    compose(panels, [("helix angle [degrees]", (-60, 60), "coolwarm", 0, 1)], "Fibres", path)
+    compose(panels, [("helix angle [degrees]", (-60, 60), "coolwarm", 0, 1)], "Fibres", path,
+            mech.origin)
 
 
 def picture_potential(ep, times, path):
@@ -76,7 +77,7 @@ def picture_potential(ep, times, path):
         image = render([actor(wall, "v", limits, "inferno")], bounds(ep.points))
         panels.append((image, milliseconds(ep.times[instant])))
     bar = ("transmembrane potential [mV]", limits, "inferno", 0, len(panels) - 1)
-    compose(panels, [bar], "Electric activity", path)
+    compose(panels, [bar], "Electric activity", path, ep.origin)
 
 
 def picture_activation(activation, captions, path):
@@ -91,7 +92,8 @@ def picture_activation(activation, captions, path):
         skin = surface(half)
         lines = line(run(isochrones, skin), (0.1, 0.1, 0.1), 1.5)
         panels.append((render([actor(skin, "t", limits, "viridis_r"), lines], bounds(activation.points)), caption))
-    compose(panels, [("activation time [ms], a line every 10 ms", limits, "viridis_r", 0, 1)], "Activation", path)
+    compose(panels, [("activation time [ms], a line every 10 ms", limits, "viridis_r", 0, 1)], "Activation", path,
+            activation.origin)
 
 
 def picture_flow(fluid, instant, what, path):
@@ -106,7 +108,7 @@ def picture_flow(fluid, instant, what, path):
     velocity = [actor(cut, "speed", (0, fastest), "YlGnBu"), actor(pointing, colour=INK)]
     panels = [(render(velocity, box), "velocity"), (render([actor(cut, "p", limits, "viridis")], box), "pressure")]
     compose(panels, [("speed [m/s]", (0, fastest), "YlGnBu", 0, 0), ("pressure [mmHg]", limits, "viridis", 1, 1)],
-            f"Blood in {what}, {milliseconds(fluid.times[instant])}", path)
+            f"Blood in {what}, {milliseconds(fluid.times[instant])}", path, fluid.origin)
 
 
 def picture_deformation(mech, times, path):
@@ -122,7 +124,7 @@ def picture_deformation(mech, times, path):
         panels.append((render([actor(wall, "size", limits, "cividis", edges=True), line(rest, (0.75, 0.1, 0.1), 1.5)],
                               bounds(moved)), milliseconds(mech.times[i])))
     compose(panels, [("displacement [mm]; red: shape at rest", limits, "cividis", 0, len(panels) - 1)], "Deformation",
-            path)
+            path, mech.origin)
 
 
 def picture_electric(ep, times, path):
@@ -135,7 +137,8 @@ def picture_electric(ep, times, path):
         rows[1].append((render([actor(wall, "c", calcium_limits, "viridis")], box), ""))
     last = len(rows[0]) - 1
     compose_rows(rows, [[("transmembrane potential [mV]", limits, "inferno", 0, last)],
-                        [("intracellular calcium [µM]", calcium_limits, "viridis", 0, last)]], "Electric activity", path)
+                        [("intracellular calcium [µM]", calcium_limits, "viridis", 0, last)]], "Electric activity", path,
+                 ep.origin)
 
 
 def instants_of_flow(history):
@@ -173,7 +176,7 @@ def picture_flows(named_folders, path):
         rows.append(velocities + pressures)
         bars.append([("speed [m/s]", (0, fastest), "YlGnBu", 0, n - 1),
                      ("pressure [mmHg]", limits, "viridis", n, 2 * n - 1)])
-    compose_rows(rows, bars, "Velocity and pressure of the blood", path)
+    compose_rows(rows, bars, "Velocity and pressure of the blood", path, origin(named_folders.values()))
 
 
 def restart_with_display():

@@ -1,5 +1,6 @@
 """Bodies of a run rendered off screen by VTK, put together with titles and colour bars by matplotlib."""
 import functools
+from pathlib import Path
 
 import h5py
 import matplotlib
@@ -10,6 +11,9 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
+from reporting.style import metadata
+from results import origin
+
 CELL_TYPES = {8: vtk.VTK_HEXAHEDRON, 4: vtk.VTK_TETRA, 10: vtk.VTK_QUADRATIC_TETRA}
 BONE = (0.86, 0.84, 0.82)
 
@@ -18,6 +22,7 @@ class Series:
     """One fields/NAME.h5: a mesh and its fields at a number of instants."""
 
     def __init__(self, path):
+        self.origin = origin([Path(path).parents[1]])
         self.file = h5py.File(path, "r")
         self.points = self.file["mesh/points"][:]
         self.cells = self.file["mesh/cells"][:].astype(np.int64)
@@ -254,13 +259,13 @@ def values_of(grid, name):
     return vtk_to_numpy(grid.GetPointData().GetArray(name))
 
 
-def compose(panels, bars, title, path):
+def compose(panels, bars, title, path, source):
     """Panels [(image, caption)] side by side; bars [(label, limits, colours, first panel, last panel)] below."""
-    compose_rows([panels], [bars], title, path)
+    compose_rows([panels], [bars], title, path, source)
 
 
-def compose_rows(rows, bars_of_rows, title, path):
-    """Rows of panels, each with its colour bars below."""
+def compose_rows(rows, bars_of_rows, title, path, source):
+    """Rows of panels, each with its colour bars below. `source`: of what they are."""
     n = max(len(row) for row in rows)
     height = 5.9 * len(rows)
     figure = plt.figure(figsize=(3.1 * n + 0.2, height))
@@ -280,8 +285,8 @@ def compose_rows(rows, bars_of_rows, title, path):
             scale = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits), colours)
             figure.colorbar(scale, cax=axis, orientation="horizontal", label=label)
     figure.suptitle(title, fontsize=13)
-    figure.savefig(path, dpi=200 if len(rows) == 1 else 130)
-    figure.savefig(path.with_suffix(".pdf"), dpi=300)
+    figure.savefig(path, dpi=200 if len(rows) == 1 else 130, metadata=metadata("png", source))
+    figure.savefig(path.with_suffix(".pdf"), dpi=300, metadata=metadata("pdf", source))
     plt.close(figure)
     print(path)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from launching.programs import command, programs
-from results import LOADER, load
+from results import LOADER, load, origin
 
 try:
     from reporting import charts, style
@@ -31,7 +31,7 @@ def draw(runs, folder, formats):
     for name, title, chart in charts.ALL:
         figure = chart(runs)
         if figure:
-            drawn[title] = style.save(figure, folder / name, formats)
+            drawn[title] = style.save(figure, folder / name, formats, origin([run.folder for run in runs]))
             style.plt.close(figure)
     return drawn
 

@@ -107,6 +107,19 @@ def provenance(folder):
     return json.loads(path.read_text()) if path.exists() else {}
 
 
+def origin(folders):
+    """Of what a picture is, which it carries with it: scene, scheme, mesh and version of each run."""
+    return "; ".join(origin_of(Path(folder)) for folder in folders)
+
+
+def origin_of(folder):
+    scene, said = resolved_scene(folder), provenance(folder)
+    scheme, n = scene.get("coupling.scheme", ""), scene.get("coupling.iterations", 1)
+    mesh = scene.get("geometry.mesh", "")
+    return ", ".join(filter(None, [scene.get("scene", folder.resolve().name), f"{scheme}{n}" if scheme == "E1FS" else scheme,
+                                   f"mesh {mesh}" if mesh else "", "heartbus " + said.get("heartbus", "")]))
+
+
 def flat(tree, prefix=""):
     """{"time.step": "0.2 ms", ...}"""
     result = {}

@@ -1,6 +1,10 @@
 #include "common/io/hdf5_object.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <numeric>
+#include <optional>
 
 namespace heartbus::io {
 namespace {
@@ -51,6 +55,62 @@ std::vector<hsize_t> extent(hid_t table) {
   return sizes;
 }
 
+namespace {
+
+/// Bytes of a chunk with these filters, none if it is compressed.
+std::optional<hsize_t> stored_size(hid_t properties, hsize_t bytes) {
+  constexpr hsize_t checksum = 4;
+  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
+    unsigned flags = 0;
+    std::size_t n_parameters = 0;
+    const H5Z_filter_t filter = H5Pget_filter2(properties, i, &flags, &n_parameters, nullptr, 0, nullptr, nullptr);
+    if (filter == H5Z_FILTER_FLETCHER32)
+      bytes += checksum;
+    else if (filter != H5Z_FILTER_SHUFFLE)
+      return {};
+  }
+  return bytes;
+}
+
+bool is_stored(hid_t table, const std::vector<hsize_t> &place, hsize_t bytes) {
+  unsigned not_applied = 0;
+  haddr_t address = HADDR_UNDEF;
+  hsize_t size = 0;
+  return H5Dget_chunk_info_by_coord(table, place.data(), &not_applied, &address, &size) >= 0 && size == bytes &&
+         not_applied == 0;
+}
+
+bool are_chunks_stored(hid_t table, hid_t properties, hsize_t bytes_of_value) {
+  const std::vector<hsize_t> sizes = extent(table);
+  std::vector<hsize_t> chunk(sizes.size());
+  if (H5Pget_chunk(properties, int(chunk.size()), chunk.data()) != int(sizes.size()))
+    return false;
+  const auto bytes =
+      stored_size(properties, std::accumulate(chunk.begin(), chunk.end(), bytes_of_value, std::multiplies<hsize_t>()));
+  std::vector<hsize_t> place(sizes.size());
+  while (bytes && is_stored(table, place, *bytes)) {
+    std::size_t i = place.size(); // the next chunk, along the last direction first
+    while (i > 0 && (place[i - 1] += chunk[i - 1]) >= sizes[i - 1])
+      place[--i] = 0;
+    if (i == 0)
+      return true;
+  }
+  return !bytes;
+}
+
+} // namespace
+
+void require_all_stored(hid_t table, const std::string &name) {
+  const std::vector<hsize_t> sizes = extent(table);
+  const hsize_t n = std::accumulate(sizes.begin(), sizes.end(), hsize_t(1), std::multiplies<hsize_t>());
+  const Hdf5Object properties(H5Dget_create_plist(table), H5Pclose, "read how " + name + " is stored"),
+      type(H5Dget_type(table), H5Tclose, "read the type of " + name);
+  const hsize_t bytes = H5Tget_size(type);
+  if (n > 0 && !(H5Pget_layout(properties) == H5D_CHUNKED ? are_chunks_stored(table, properties, bytes)
+                                                          : H5Dget_storage_size(table) >= n * bytes))
+    throw Failure(ExitCode::file, "table " + name + " does not hold the values that it claims: it is damaged");
+}
+
 template <class T>
 std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
   constexpr hsize_t most = 1 << 30, densest = 1100; // values; bytes that one compressed byte can stand for
@@ -64,6 +124,7 @@ std::vector<T> read_all(hid_t file, const std::string &name, hid_t type) {
   if (size > densest * H5Dget_storage_size(table))
     throw Failure(ExitCode::file, "table " + name + " claims " + std::to_string(size) +
                                       " values, more than its file holds: it is incomplete");
+  require_all_stored(table, name);
   std::vector<T> values(size);
   if (size > 0)
     require(H5Dread(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "read " + name + " (damaged?)");

@@ -173,6 +173,7 @@ struct RecordingReader::Implementation {
         times(read_all<double>(file, "time", H5T_NATIVE_DOUBLE)) {
     const Hdf5Object points(H5Dopen2(file, "points", H5P_DEFAULT), H5Dclose,
                             "find points in the recording " + file_name);
+    require_all_stored(table, "values");
     field = {read_text(points, "field"), read_text(points, "unit"),
              size.size() == 3 ? static_cast<unsigned>(size[2]) : 0,
              read_all<double>(file, "points", H5T_NATIVE_DOUBLE)};

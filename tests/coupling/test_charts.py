@@ -9,7 +9,7 @@ from PIL import Image
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from reporting import charts, style  # noqa: E402
-from results import Run  # noqa: E402
+from results import Run, origin  # noqa: E402
 
 
 class Charts(Temporary):
@@ -21,6 +21,16 @@ class Charts(Temporary):
         pixels = np.asarray(Image.open(self.folder / "legend.png").convert("L"))
         for edge in (pixels[0], pixels[-1], pixels[:, 0], pixels[:, -1]):
             self.assertEqual(edge.min(), 255)
+
+    def test_a_picture_says_of_what_it_is(self):
+        run = write(self.folder / "run", *healthy())
+        (run / "provenance.json").write_text('{"heartbus": "1.2.3"}')
+        figure, axis = style.plt.subplots()
+        style.save(figure, self.folder / "picture", origin=origin([run, run]))
+        said = "made, EFS1, mesh M0, heartbus 1.2.3"
+        self.assertEqual(Image.open(self.folder / "picture.png").text["Source"], f"{said}; {said}")
+        for ending in ("svg", "pdf"):
+            self.assertIn(said.encode(), (self.folder / f"picture.{ending}").read_bytes())
 
     def test_numbers_beside_an_axis_are_whole(self):
         """Not 0.04 with an offset of 107.1 above."""

@@ -234,6 +234,12 @@ class Docs(unittest.TestCase):
                 for shade in style.colours(["EFS1", "E1FS2", "EFS1-corrected", "E1FSinf"])[:n_schemes]:
                     self.assertGreater((abs(pixels - 255 * np.array(style.to_rgb(shade))).max(axis=2) < 3).sum(), 500, shade)
 
+    def test_published_pictures_of_a_beat_are_of_m1_or_finer(self):
+        """They say themselves of what they are."""
+        for name in ("activation", "potential", "fibres", "ejection", "pv_loop", "volume_pressure"):
+            with self.subTest(name), Image.open(SOURCE / f"docs/pictures/{name}.png") as picture:
+                self.assertRegex(picture.text.get("Source", "no source"), r"^ideal_lv_efs1, EFS1, mesh M[123], heartbus \d")
+
     def test_references_are_listed(self):
         entries = re.findall(r"^@\w+\{(.*?)^\}", (SOURCE / "docs/references.bib").read_text(), flags=re.S | re.M)
         for entry in entries:

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <sstream>
 #include <unistd.h>
 
 namespace heartbus::io {
@@ -117,6 +119,30 @@ TEST_F(RecordingFile, WhatCannotBeIsRefused) {
   EXPECT_NE(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}, {0.1, 0.2}, {0, 0, 0, nan, 0, 0}).find("not finite"),
             std::string::npos);
   EXPECT_NE(complaint(name_, {1, 2, 1}, {1, 2}).find("ends at t = 0.1"), std::string::npos); // what is whole counts
+}
+
+/// As damage to its header would have it: HDF5 reads beyond the end of chunks that are smaller than it claims.
+TEST_F(RecordingFile, ChunksThatAreSmallerThanTheyClaimAreRefused) {
+  {
+    RecordingWriter writer(name_, {"calcium", "uM", 1, {0, 0, 0, 1, 0, 0}});
+    writer.append(1, 0.1, {1, 2});
+    writer.append(2, 0.2, {3, 4});
+  }
+  std::stringstream bytes;
+  bytes << std::ifstream(name_, std::ios::binary).rdbuf();
+  const std::string whole = bytes.str();
+  int n_tables = 0;
+  for (std::size_t at = 0; (at = whole.find("\3\2", at)) != std::string::npos; ++at) { // layout 3, in chunks
+    const std::size_t rank = whole[at + 2], first = at + 3 + 8; // behind the address of the tree of chunks
+    if (rank < 2 || rank > 4 || whole.substr(first, 4) != std::string("\1\0\0\0", 4))
+      continue;
+    std::string damaged = whole;
+    damaged[first] = 2; // rows a chunk
+    std::ofstream(name_, std::ios::binary) << damaged;
+    EXPECT_THROW(RecordingReader{name_}, Failure) << rank;
+    ++n_tables;
+  }
+  EXPECT_EQ(n_tables, 3);
 }
 
 TEST_F(RecordingFile, GoesOnFromWhatWasRecordedBefore) {

@@ -68,12 +68,16 @@ def pretty(unit):
     return re.sub(r"\^(-?\d+)", lambda found: found[1].translate(POWERS), unit)
 
 
-def save(figure, stem, formats=FORMATS):
+def metadata(ending, origin):
+    """Of what the picture is, under the name that a file of this kind has for it."""
+    return {"png": {"Source": origin}, "pdf": {"Subject": origin}, "svg": {"Source": origin, "Date": None}}[ending]
+
+
+def save(figure, stem, formats=FORMATS, origin=""):
     """In these formats, with all that lies around the axes; returns the text of the SVG."""
     box = figure.get_tightbbox().padded(0.05)  # once, not for each format; "tight" draws all to find it
     for ending in formats:
-        is_svg = ending == "svg"
-        figure.savefig(Path(f"{stem}.{ending}"), bbox_inches=box, transparent=is_svg, metadata={"Date": None} if is_svg else None)
+        figure.savefig(Path(f"{stem}.{ending}"), bbox_inches=box, transparent=ending == "svg", metadata=metadata(ending, origin))
     return Path(f"{stem}.svg").read_text()
 
 
