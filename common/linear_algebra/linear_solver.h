@@ -30,8 +30,8 @@ class Preconditioner {
 };
 
 /// "jacobi", "ilu" (see BlockILU), "amg" (ML smoothed aggregation; `elliptic`, near null space of `components`
-/// constants), "direct" (see make_direct_solver). Collective; keeps what it needs of the matrix, so the matrix may change
-/// afterwards.
+/// constants), "direct" (see make_direct_solver). Collective; keeps what it needs of the matrix, so the matrix may
+/// change afterwards.
 std::unique_ptr<Preconditioner> make_preconditioner(const std::string &kind, const BlockMatrix<double> &matrix);
 
 /// Solves A x = b to |b - A x| <= tolerance * |b| by GMRES, starting from x. Zero b gives zero x.
