@@ -14,6 +14,7 @@ from small_launch import STAND_IN, WITHOUT_REPORT, Case
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 HOST = socket.gethostname()
+SLOW = STAND_IN.replace("0.002", "0.02") % 1  # whom others wait for: who is stopped waits then, too, most probably
 
 
 def mpirun_of(launcher):
@@ -76,20 +77,21 @@ class Deaths(Case):
     def test_a_participant_that_is_stopped_is_blamed_whoever_waits_for_whom(self):
         names = ("mech", "ale", "fluid")
         (self.folder / "piston.yaml").write_text(
-            f"base: {PISTON}\nparticipants:\n" + "".join(f"  {name}: {STAND_IN % 1}\n" for name in names))
+            f"base: {PISTON}\nparticipants:\n" + "".join(f"  {name}: {SLOW}\n" for name in names))
         for name in names:
             with self.subTest(name):
-                self.assert_stopped(self.stop(name, "piston.yaml", "--set", "time.end=20 s"), name)
+                self.assert_stopped(self.stop(name, "piston.yaml", "--set", "time.end=20 s", "--set", f"{name}.settings.delay=0"),
+                                    name)
 
     def test_so_is_a_monolithic_solver(self):
         (self.folder / "monolithic.yaml").write_text(f"base: {PISTON}\ncoupling: {{scheme: E1FSinf}}\n"
-                                                     "participants: {mech: , fluid: , fsi: {program: fsi_solver}}\n")
+                                                     f"participants: {{mech: , fluid: , ale: {SLOW}, fsi: {{program: fsi_solver}}}}\n")
         self.assert_stopped(self.stop("fsi", "monolithic.yaml", "--set", "time.end=20 s"), "fsi")
 
     def test_so_is_a_replay(self):
         (self.folder / "ventricle.yaml").write_text(
             f"base: {SOURCE}/tests/regression/small_heartbeat.yaml\ncoupling: {{scheme: one_way}}\n"
-            f"participants: {{ep: {STAND_IN % 1}, mech: {STAND_IN % 1}, ale: , fluid: }}\n")
+            f"participants: {{ep: {SLOW}, mech: {SLOW}, ale: , fluid: }}\n")
         launch = self.launch("ventricle.yaml", "--out", "recorded", "--record", "calcium=calcium.h5", "--set", "time.end=0.4 ms",
                              "--ranks", "1")
         self.assertEqual(launch.code, 0, launch.output)
@@ -98,7 +100,7 @@ class Deaths(Case):
                 file[name].resize(3, axis=0)
                 file[name][2] = late
         (self.folder / "replayed.yaml").write_text(
-            (self.folder / "ventricle.yaml").read_text().replace(STAND_IN % 1, "{program: replay, settings: {file: calcium.h5}}", 1))
+            (self.folder / "ventricle.yaml").read_text().replace(SLOW, "{program: replay, settings: {file: calcium.h5}}", 1))
         self.assert_stopped(self.stop("ep", "replayed.yaml", "--set", "time.end=20 s"), "ep")
 
 
