@@ -152,7 +152,7 @@ EPSolver::Estimate EPSolver::estimate(Division division, double length) {
 
 /// Sets solved_ to the potential that the integrator asks for, of a step of this length.
 const double *EPSolver::extrapolate(double length) {
-  const double ahead = (integrator_ == Integrator::exponential_midpoint ? 0.5 : 1) * length / np1_.dt_before;
+  const double ahead = implicit_share() * length / np1_.dt_before;
   solved_ = np1_.v_before;
   solved_.sadd(-ahead, 1 + ahead, np1_.v);
   return integrator_ == Integrator::exponential_midpoint ? solved_.begin() : np1_.v.begin();
@@ -166,7 +166,7 @@ void EPSolver::take_substep(double end, double dt) {
   }
   current_ *= -1;
   stimulus_.add(end - dt, end, space_.n_owned_nodes(), current_.begin());
-  const double to_middle = integrator_ == Integrator::exponential_midpoint ? 0.5 * dt : dt;
+  const double to_middle = implicit_share() * dt;
   solved_.add(to_middle, current_, -to_middle, np1_.current); // the guess knows the change of the current
   np1_.current = current_;
   problem_.set_step(to_middle);

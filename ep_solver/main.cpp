@@ -25,8 +25,11 @@ int main(int argc, char **argv) {
       solver.write_fields(participant.output_folder() + "/fields", scene.output);
       participant.serve(solver);
     };
-    if (scene.ep.model == "monodomain")
-      return serve(ep::EPSolver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep));
+    if (scene.ep.model == "monodomain") {
+      ep::EPSolver solver(space, ep::conductivity(space, fibres, scene.ep.conductivity), scene.ep);
+      solver.expect_steps_of(scene.time.step);
+      return serve(solver);
+    }
     const auto cell = ep::make_ionic_model(scene.ep.ionic_model);
     serve(ep::ActivationSolver(space, ep::activation_times(space, fibres, *cell, scene.ep), *cell, scene.ep));
   });
