@@ -12,9 +12,10 @@ std::string TangentSolver::preconditioner_kind() const {
   return parameters_.preconditioner != "auto" ? parameters_.preconditioner : is_stiff_ ? "amg" : "ilu";
 }
 
-unsigned TangentSolver::most_iterations() const {
+unsigned TangentSolver::most_iterations(std::size_t n_rows) const {
+  constexpr std::size_t factors_are_large = 100'000; // rows: gigabytes
   if (is_static)
-    return is_static_stiff_ ? 50 : 200;
+    return is_static_stiff_ ? 50 : n_rows < factors_are_large ? 200 : 2000;
   const bool may_change = parameters_.preconditioner == "auto" && !is_stiff_;
   return may_change ? 120 : 500;
 }
@@ -41,8 +42,9 @@ unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem
     age_.renew();
   }
   // New factors cost some twenty solves with old ones.
-  const unsigned patience = preconditioner_kind() == "direct" ? 10 : 3 * age_.usual() + 50,
-                 allowed = renewed ? most_iterations() : std::min(most_iterations(), patience);
+  const unsigned most = most_iterations(3 * tangent.space().n_global_nodes()),
+                 patience = preconditioner_kind() == "direct" ? 10 : 3 * age_.usual() + 50,
+                 allowed = renewed ? most : std::min(most, patience);
   try {
     const bus::Stopwatch::Section section(stopwatch, "linear solve");
     const unsigned iterations =

@@ -23,8 +23,9 @@ class TangentSolver {
   /// There is a new tangent, for which the preconditioner shall go on to serve.
   void follow(const fem::BlockMatrix<double> &tangent);
   std::string preconditioner_kind() const;
-  /// How many iterations a linear solver may take before what `strengthen` changes to is worth its set-up.
-  unsigned most_iterations() const;
+  /// How many iterations a linear solver may take before what `strengthen` changes to is worth its set-up: in a system
+  /// of so many rows, which counts for static ones.
+  unsigned most_iterations(std::size_t n_rows = 0) const;
   /// Goes over to the next better preconditioner for the systems that come. Whether there is one.
   bool strengthen();
   /// tangent dx = force, starting from dx. `rounded`: the tangent for iterations. Returns them.
