@@ -24,7 +24,7 @@ class EPSolver : public bus::Solver {
   EPSolver(const fem::LagrangeSpace &space, const std::vector<fem::Mat3<fem::VectorizedDouble>> &D,
            const Parameters &parameters);
   void write_fields(const std::string &folder, const OutputParameters &output) { output_.write_to(folder, output); }
-  /// Makes the matrices that the first step needs now rather than then: it takes a stimulus, by two halves.
+  /// Makes the matrices that the first step needs, of a whole step and of its halves, now rather than then.
   void expect_steps_of(double size) {
     for (const int substeps : {1, 2})
       problem_.set_step(implicit_share() * size / substeps);
@@ -68,7 +68,7 @@ class EPSolver : public bus::Solver {
     double of_all;  ///< of a substep, whether a cell took it or not
     double of_slow; ///< of the step, for those that took it at once
   };
-  /// Of a substep, after which diffusion is implicit: the middle or the end.
+  /// Where in a substep diffusion is taken implicitly, as a share of it: in the middle or at the end.
   double implicit_share() const { return integrator_ == Integrator::exponential_midpoint ? 0.5 : 1; }
   void advance_to(const bus::Step &step);
   void begin_advance(double end);

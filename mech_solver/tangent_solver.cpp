@@ -13,7 +13,7 @@ std::string TangentSolver::preconditioner_kind() const {
 }
 
 unsigned TangentSolver::most_iterations(std::size_t n_rows) const {
-  constexpr std::size_t factors_are_large = 100'000; // rows: gigabytes
+  constexpr std::size_t factors_are_large = 100'000; // rows, which take some 8 GB
   if (is_static)
     return is_static_stiff_ ? 50 : n_rows < factors_are_large ? 200 : 2000;
   const bool may_change = parameters_.preconditioner == "auto" && !is_stiff_;
@@ -41,7 +41,7 @@ unsigned TangentSolver::solve(const fem::BlockMatrix<double> &tangent, const fem
     preconditioner_ = fem::make_preconditioner(preconditioner_kind(), tangent);
     age_.renew();
   }
-  // New factors cost some twenty solves with old ones.
+  // Factors cost as much as some twenty solves with them: after half of that new ones are better than to go on.
   const unsigned most = most_iterations(3 * tangent.space().n_global_nodes()),
                  patience = preconditioner_kind() == "direct" ? 10 : 3 * age_.usual() + 50,
                  allowed = renewed ? most : std::min(most, patience);

@@ -74,9 +74,7 @@ class Run:
 
     @property
     def scheme(self):
-        """As docs/schemes.md names it: E1FS2 for two iterations."""
-        name, n = self.scene.get("coupling.scheme", ""), self.scene.get("coupling.iterations", 1)
-        return f"{name}{n}" if name == "E1FS" else name
+        return scheme(self.scene)
 
     def warnings(self):
         """(program, line) of all warnings and errors in the logs."""
@@ -114,10 +112,16 @@ def origin(folders):
 
 def origin_of(folder):
     scene, said = resolved_scene(folder), provenance(folder)
-    scheme, n = scene.get("coupling.scheme", ""), scene.get("coupling.iterations", 1)
-    mesh = scene.get("geometry.mesh", "")
-    return ", ".join(filter(None, [scene.get("scene", folder.resolve().name), f"{scheme}{n}" if scheme == "E1FS" else scheme,
-                                   f"mesh {mesh}" if mesh else "", "heartbus " + said.get("heartbus", "")]))
+    parts = [scene.get("scene", folder.resolve().name), scheme(scene)]
+    parts += [f"mesh {scene['geometry.mesh']}"] if "geometry.mesh" in scene else []
+    parts += [f"heartbus {said['heartbus']}"] if "heartbus" in said else []
+    return ", ".join(filter(None, parts))
+
+
+def scheme(scene):
+    """As docs/schemes.md names it: E1FS2 for two iterations."""
+    name, n = scene.get("coupling.scheme", ""), scene.get("coupling.iterations", 1)
+    return f"{name}{n}" if name == "E1FS" else name
 
 
 def flat(tree, prefix=""):

@@ -27,15 +27,18 @@ class DirectSolver : public Preconditioner {
   void vmult(Vector &y, const Vector &x) const override {
     std::copy_n(x.begin(), x.locally_owned_size(), force_.Values());
     mumps_.Solve();
+    if (const int error = mumps_.GetINFOG()[0]; error < 0)
+      throw Failure(ExitCode::not_converged,
+                    "MUMPS cannot solve with its factors (its error " + std::to_string(error) + ")");
     std::copy_n(solution_.Values(), y.locally_owned_size(), y.begin());
   }
 
  private:
-  /// Pivoting may need more memory than was foreseen: then with twice as much again.
+  /// Pivoting may need more memory than was foreseen: 50 % more are allowed at first, then twice as much each time.
   void factorise() {
-    constexpr int more_memory = 14, work_array_too_small = -9; // numbers of the MUMPS 5 user's guide
-    int error = work_array_too_small;
-    for (int percent = 50; error == work_array_too_small && percent <= 1600; percent *= 2) {
+    constexpr int more_memory = 14, too_few_integers = -8, too_few_numbers = -9; // of the MUMPS 5 user's guide
+    int error = too_few_numbers;
+    for (int percent = 50; (error == too_few_integers || error == too_few_numbers) && percent <= 1600; percent *= 2) {
       mumps_.SetICNTL(more_memory, percent);
       mumps_.SymbolicFactorization();
       if (error = mumps_.GetINFOG()[0]; error >= 0) {

@@ -20,7 +20,7 @@ Nodes lifted_early(const Nodes &step);
 /// `dt`: size of a step [s].
 Nodes with_limit_of_alpha(const Nodes &step, bool is_followed, double dt);
 
-/// The start block with the first of these estimates, which costs more than ten steps.
+/// The start block with the first of these estimates, so that the first step does not take as long as ten.
 Nodes with_first_limit(const Nodes &start, const Nodes &step);
 
 /// Two solvers at a time are slower on shared cores than one after the other. So electrophysiology, who waits for

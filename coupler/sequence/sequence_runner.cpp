@@ -134,7 +134,7 @@ void SequenceRunner::order_while(const std::function<bool(const Node &)> &condit
     place_.iteration = actions.back().iteration;
 }
 
-/// The first time is before the first step.
+/// The first time is in the start block; where it is not, it is due as long as the scalar is not known.
 bool SequenceRunner::is_regular(const Node &node, const bus::Step &step) const {
   return step.number > 1 && (step.number - 1) % node.times == 0;
 }

@@ -1,5 +1,7 @@
 """Meshes of other programs become a mesh file, or one message says what, where and how to mend it."""
 import csv
+import importlib.util
+import shutil
 import sys
 import tempfile
 import unittest
@@ -8,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 from launch import BIN, SOURCE, Forked, Launch, run_crowded
+from PIL import Image
 
 sys.path.insert(0, str(SOURCE / "tools"))
 from foreign_files import write_carp, write_gmsh, write_hexahedra, write_svmultiphysics, write_xdmf  # noqa: E402
@@ -52,6 +55,15 @@ class Meshes(unittest.TestCase):
             self.assertEqual(sorted(here.label_names), sorted(there.label_names))
             for label in there.label_names:
                 self.assertEqual(len(here.faces_of(label)), len(there.faces_of(label)), label)
+
+
+@unittest.skipUnless(importlib.util.find_spec("vtk") and shutil.which("xvfb-run"), "no VTK for Python, or no xvfb")
+class Pictures(Meshes):
+    def test_a_mesh_is_drawn(self):
+        launch = Launch([SOURCE / "tools/mesh", "check", DATA / "lv.h5", "--picture", "lv.png"], self.folder)
+        self.assertEqual(launch.code, 0, launch.output)
+        with Image.open(self.folder / "lv.png") as picture:
+            self.assertRegex(picture.text["Source"], "^a mesh, regions ")
 
 
 class Imports(Meshes):

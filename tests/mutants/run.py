@@ -71,7 +71,7 @@ def end_all(mark):
 
 def is_red(test, mutant, said):
     properties = {each["name"]: each["value"] for each in test["properties"]}
-    mark = f"HEARTBUS_MUTANT={mutant['name']}.{os.getpid()}"
+    mark = f"HEARTBUS_MUTANT={mutant['name']}.{os.getpid()}."
     environment = dict(word.split("=", 1) for word in [*properties["ENVIRONMENT"], mark])
     cases = mutant.get("case", "").split()
     try:

@@ -52,4 +52,4 @@ def draw(parts, path):
     if fluid:
         panels.append((render(bodies(fluid, [BLOOD], False), box), "blood"))
     regions = ", ".join(solid.region_names) if solid else ", ".join(fluid.region_names)
-    compose(panels, [], f"{path.stem}: {regions}", path)
+    compose(panels, [], f"{path.stem}: {regions}", path, f"a mesh, regions {regions}")
