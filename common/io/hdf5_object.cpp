@@ -83,21 +83,22 @@ bool is_stored(hid_t table, const std::vector<hsize_t> &place, hsize_t bytes) {
 bool are_chunks_stored(hid_t table, hid_t properties, hsize_t bytes_of_value) {
   const std::vector<hsize_t> sizes = extent(table);
   std::vector<hsize_t> chunk(sizes.size());
-  if (H5Pget_chunk(properties, int(chunk.size()), chunk.data()) != int(sizes.size()))
-    return false;
-  if (std::count(chunk.begin(), chunk.end(), 0) > 0)
+  if (H5Pget_chunk(properties, int(chunk.size()), chunk.data()) != int(sizes.size()) ||
+      std::count(chunk.begin(), chunk.end(), 0) > 0)
     return false;
   const auto bytes =
       stored_size(properties, std::accumulate(chunk.begin(), chunk.end(), bytes_of_value, std::multiplies<hsize_t>()));
+  if (!bytes)
+    return true; // as far as one can tell
   std::vector<hsize_t> place(sizes.size());
-  while (bytes && is_stored(table, place, *bytes)) {
+  while (is_stored(table, place, *bytes)) {
     std::size_t i = place.size(); // to the next chunk, counting up the last direction first
     while (i > 0 && (place[i - 1] += chunk[i - 1]) >= sizes[i - 1])
       place[--i] = 0;
     if (i == 0)
       return true;
   }
-  return !bytes;
+  return false;
 }
 
 } // namespace

@@ -108,8 +108,8 @@ def children(launcher):
             words = dict(word.split(b"=", 1) for word in environ.read_bytes().split(b"\0") if b"=" in word)
         except OSError:
             continue
-        if b"OMPI_COMM_WORLD_RANK" in words and words.get(b"HEARTBUS_PULSE", b"").endswith(b"-%d" % launcher.pid):
-            found[int(words[b"OMPI_COMM_WORLD_RANK"])] = int(environ.parent.name)
+        if b"PMIX_RANK" in words and words.get(b"HEARTBUS_PULSE", b"").endswith(b"-%d" % launcher.pid):
+            found[int(words[b"PMIX_RANK"])] = int(environ.parent.name)
     return found
 
 

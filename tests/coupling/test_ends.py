@@ -47,7 +47,7 @@ class Deaths(Case):
 
     def test_a_rank_that_is_stopped_at_the_start_is_named(self):
         program = self.folder / "stand_in"
-        program.write_text(f"#!/bin/sh\n[ $OMPI_COMM_WORLD_RANK = 1 ] || kill -STOP $$\nexec {BIN}/stand_in \"$@\"\n")
+        program.write_text(f"#!/bin/sh\n[ $PMIX_RANK = 1 ] || kill -STOP $$\nexec {BIN}/stand_in \"$@\"\n")
         program.chmod(0o755)
         launch = self.launch("scene.yaml", "--set", "participants.ep.program=./stand_in", *self.SOON)
         self.assert_causes(launch, 7, r"waited 6 s \(the deadline\) for all programs to meet",

@@ -25,7 +25,7 @@ def rank_of(pid):
     except OSError:
         return None
     for word in words:
-        if word.startswith(b"OMPI_COMM_WORLD_RANK="):
+        if word.startswith(b"PMIX_RANK="):
             return int(word.split(b"=")[1])
     return None
 

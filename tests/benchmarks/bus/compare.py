@@ -17,7 +17,7 @@ from launching.mpirun import VARIABLES  # noqa: E402: as a launch of a scene has
 BIN = Path(os.environ.get("HEARTBUS_BIN", ROOT / "build/release/bin"))
 BENCHMARK = BIN / "benchmark_bus"
 # Our programs keep to cores, which the library leaves to others: here they do as ours.
-KEPT = ["sh", "-c", 'exec taskset -c $(((OMPI_COMM_WORLD_RANK - 1) % 2)) "$@"', "sh"]
+KEPT = ["sh", "-c", 'exec taskset -c $(((PMIX_RANK - 1) % 2)) "$@"', "sh"]
 WAYS = {"C++": [BENCHMARK, "--name"], "C": [*KEPT, BIN / "benchmark_echo"],
         "Python": [*KEPT, sys.executable, Path(__file__).with_name("echo.py")]}
 
