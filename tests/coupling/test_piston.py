@@ -7,6 +7,7 @@ import csv
 import functools
 import json
 import math
+import re
 import tempfile
 import unittest
 from pathlib import Path
@@ -175,6 +176,14 @@ class Piston(unittest.TestCase):
         limit = history["alpha_limit [kg/(m^2 s)]"][-1]
         self.assert_close(history["alpha [kg/(m^2 s)]"][-1], 0.8 * limit, 1e-3)
         return limit
+
+    def test_alphas_limit_is_estimated_before_the_first_step_and_every_20_ms(self):
+        with tempfile.TemporaryDirectory() as folder:
+            launch, history = run(folder, "alpha=auto", "time.end=41 ms")
+            said = (Path(folder) / "out/logs/mech.log").read_text()
+        self.assertEqual(launch.code, 0, launch.output)
+        self.assertGreater(history["alpha_limit [kg/(m^2 s)]"][0], 0)
+        self.assertEqual(re.findall(r"t = (\S+) s: alpha may be up to", said), ["0.0000", "0.0200", "0.0400"])
 
     def test_EFS1_becomes_unstable_where_the_column_and_alpha_auto_say(self):
         limit = measured_limit(efs1_limit(), alternating_growth)
