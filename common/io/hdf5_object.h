@@ -38,7 +38,8 @@ void require(herr_t status, const std::string &what);
 
 /// Files of HDF5 as this project opens them: without locks, so that who reads never stops who writes and a file system
 /// without locks will do; without HDF5's own words on errors; without its exit handler, which crashes when a file could
-/// not be written. `what` is for the message, "create the state x.h5".
+/// not be written; in the format of HDF5 1.8, whose headers have checksums (that of 1.10 has more of them, but marks a
+/// file while it is written, so that nobody can read a copy). `what` is for the message, "create the state x.h5".
 Hdf5Object create_file(const std::string &name, const std::string &what);
 Hdf5Object open_file(const std::string &name, const std::string &what);
 

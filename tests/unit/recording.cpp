@@ -70,10 +70,15 @@ TEST_F(RecordingFile, RefusesAWrongNumberOfValues) {
 
 namespace {
 
-/// A recording as somebody else might write it.
+/// A recording as somebody else might write it, a row a chunk, in the format whose headers have no checksums.
 void write_table(hid_t file, const char *name, const std::vector<hsize_t> &size, const std::vector<double> &values) {
   const hid_t space = H5Screate_simple(size.size(), size.data(), nullptr);
-  const hid_t table = H5Dcreate2(file, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t chunks = H5Pcreate(H5P_DATASET_CREATE);
+  std::vector<hsize_t> row = size;
+  row[0] = 1;
+  H5Pset_chunk(chunks, row.size(), row.data());
+  const hid_t table = H5Dcreate2(file, name, H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, chunks, H5P_DEFAULT);
+  H5Pclose(chunks);
   H5Dwrite(table, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
   const hid_t type = H5Tcopy(H5T_C_S1), one = H5Screate(H5S_SCALAR);
   for (const char *attribute : {"field", "unit"}) {
@@ -104,6 +109,12 @@ std::string complaint(const std::string &name, std::vector<hsize_t> size, std::v
   return "";
 }
 
+std::string bytes_of(const std::string &name) {
+  std::stringstream bytes;
+  bytes << std::ifstream(name, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
 } // namespace
 
 TEST_F(RecordingFile, WhatCannotBeIsRefused) {
@@ -123,14 +134,8 @@ TEST_F(RecordingFile, WhatCannotBeIsRefused) {
 
 /// As damage to its header would have it: HDF5 reads beyond the end of chunks that are smaller than it claims.
 TEST_F(RecordingFile, ChunksThatAreSmallerThanTheyClaimAreRefused) {
-  {
-    RecordingWriter writer(name_, {"calcium", "uM", 1, {0, 0, 0, 1, 0, 0}});
-    writer.append(1, 0.1, {1, 2});
-    writer.append(2, 0.2, {3, 4});
-  }
-  std::stringstream bytes;
-  bytes << std::ifstream(name_, std::ios::binary).rdbuf();
-  const std::string whole = bytes.str();
+  ASSERT_EQ(complaint(name_, {2, 2, 1}, {1, 2, 3, 4}), "");
+  const std::string whole = bytes_of(name_);
   int n_tables = 0;
   for (std::size_t at = 0; (at = whole.find("\3\2", at)) != std::string::npos; ++at) { // layout 3, in chunks
     const std::size_t rank = whole[at + 2], first = at + 3 + 8; // behind the address of the tree of chunks
@@ -142,7 +147,38 @@ TEST_F(RecordingFile, ChunksThatAreSmallerThanTheyClaimAreRefused) {
     EXPECT_THROW(RecordingReader{name_}, Failure) << rank;
     ++n_tables;
   }
-  EXPECT_EQ(n_tables, 3);
+  EXPECT_EQ(n_tables, 4);
+}
+
+TEST_F(RecordingFile, NoDamagedByteChangesWhatIsRead) {
+  const std::vector<double> first{1, 2, 3, 4, 5, 6}, second{7, 8, 9, 10, 11, 12};
+  {
+    RecordingWriter writer(name_, field);
+    writer.append(1, 0.1, first);
+    writer.append(2, 0.2, second);
+  }
+  const std::string whole = bytes_of(name_);
+  int n_refused = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    if (at > 16 && whole.find_first_not_of('\0', at - 16) > at + 16)
+      continue; // not used
+    std::string damaged = whole;
+    damaged[at] ^= 0x10;
+    std::ofstream(name_, std::ios::binary) << damaged;
+    try {
+      const RecordingReader reader(name_);
+      EXPECT_EQ(reader.values(0), first) << "byte " << at;
+      EXPECT_EQ(reader.values(1), second) << "byte " << at;
+      EXPECT_EQ(reader.field().name + reader.field().unit, field.name + field.unit) << "byte " << at;
+      EXPECT_EQ(reader.field().coordinates, field.coordinates) << "byte " << at;
+      EXPECT_EQ(reader.steps(), (std::vector<int>{1, 2})) << "byte " << at;
+      EXPECT_EQ(reader.times(), (std::vector<double>{0.1, 0.2})) << "byte " << at;
+    } catch (const Failure &) {
+      ++n_refused;
+    }
+  }
+  std::cout << n_refused << " of " << whole.size() << " damaged bytes are noticed, the others are not read\n";
+  EXPECT_GT(n_refused, 1000);
 }
 
 TEST_F(RecordingFile, GoesOnFromWhatWasRecordedBefore) {
