@@ -7,9 +7,12 @@
 
 namespace heartbus::bus {
 
-/// Memory that the ranks of a node share: so many bytes of each. Ranks of other nodes cannot be reached.
+/// Memory that the ranks of a node share: so many bytes of each, from the beginning of a cache line on. Ranks of other
+/// nodes cannot be reached.
 class NodeMemory {
  public:
+  static constexpr std::size_t cache_line = 64;
+
   NodeMemory(MPI_Comm everybody, std::size_t bytes); ///< collective
   NodeMemory(const NodeMemory &) = delete;
   void free(); ///< collective
@@ -29,6 +32,8 @@ class NodeMemory {
 /// One T for each rank of the node, made by its owner, seen by all.
 template <class T>
 class NodeArray {
+  static_assert(alignof(T) <= NodeMemory::cache_line);
+
  public:
   explicit NodeArray(MPI_Comm everybody) : memory_(everybody, sizeof(T)) {
     new (memory_.of(memory_.rank())) T;

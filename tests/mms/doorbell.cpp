@@ -101,4 +101,19 @@ TEST_F(Doorbell, AnybodyWakesWhoSleepsForAnybody) {
   EXPECT_EQ(rings_until_awake(Doorbells::anybody), rank == sleeper ? 1 : -1);
 }
 
+TEST(NodeArray, BeginsAtACacheLineForEachRankAndInEachProcess) {
+  struct alignas(64) Line {
+    int owner = -1;
+  };
+  heartbus::bus::NodeArray<Line> lines(MPI_COMM_WORLD);
+  lines.mine().owner = lines.rank();
+  MPI_Barrier(MPI_COMM_WORLD);
+  for (int rank = 0; rank < lines.n_ranks(); ++rank) {
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(lines.of(rank)) % alignof(Line), 0u);
+    EXPECT_EQ(lines.of(rank)->owner, rank);
+  }
+  MPI_Barrier(MPI_COMM_WORLD);
+  lines.free();
+}
+
 int main(int argc, char **argv) { return run_mpi_tests(argc, argv); }
