@@ -10,6 +10,7 @@ Orifice::Orifice(const fem::LagrangeSpace &space, const std::string &label, doub
   at_rest.update_ghost_values();
   surface.move(at_rest);
   area = dealii::Utilities::MPI::sum(surface.owned_sum(surface.areas()), space.communicator());
+  flux = surface.flux_functional();
   mean_pressure = surface.pressure_functional(area);
 }
 

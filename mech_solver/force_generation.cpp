@@ -21,7 +21,7 @@ void ForceGeneration::advance(double dt, const double *calcium, const double *st
     if (calcium[node] >= 0) {
       const double sarcomere_length = parameters_.sarcomere_length * stretch[node];
       n_clamped_ += model_->clamps(sarcomere_length);
-      model_->advance(dt, calcium[node], sarcomere_length, &s_[node * n_states_]);
+      model_->advance(dt, calcium[node], sarcomere_length, s_.data() + node * n_states_);
     }
 }
 
@@ -34,7 +34,7 @@ void ForceGeneration::visit(io::State &state) {
 void ForceGeneration::tension(const std::vector<double> &states, double time, double *values) const {
   const double uniform = parameters_.model == "prescribed" ? parameters_.tension.at(time) : 0;
   for (unsigned node = 0; node < n_nodes_; ++node)
-    values[node] = model_ ? parameters_.tension_max * model_->permissivity(&states[node * n_states_]) : uniform;
+    values[node] = model_ ? parameters_.tension_max * model_->permissivity(states.data() + node * n_states_) : uniform;
 }
 
 } // namespace heartbus::mech

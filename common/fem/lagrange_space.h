@@ -95,7 +95,7 @@ class LagrangeSpace {
   bool slot_used(unsigned slot) const { return slot_used_[slot]; }
   bool slot_owned(unsigned slot) const { return slot_used_[slot] && slot < n_owned_batches_ * n_lanes; }
   std::uint64_t n_global_cells() const { return n_global_cells_; }
-  const unsigned *cell_nodes(unsigned slot) const { return &cell_nodes_[slot * nodes_per_cell_]; }
+  const unsigned *cell_nodes(unsigned slot) const { return cell_nodes_.data() + slot * nodes_per_cell_; }
   unsigned material(unsigned slot) const { return materials_[slot]; }
   const std::vector<std::string> &material_names() const { return material_names_; }
   /// What the mesh brings along for the cell, where it does: null when it does not.
@@ -104,10 +104,10 @@ class LagrangeSpace {
   const double *shapes() const { return shapes_.data(); }
   /// [q][a][3] of a batch, in VectorizedDouble [1/m]
   const VectorizedDouble *gradients(unsigned batch) const {
-    return &gradients_[std::size_t(batch) * n_q_ * nodes_per_cell_ * 3];
+    return gradients_.data() + std::size_t(batch) * n_q_ * nodes_per_cell_ * 3;
   }
   /// [q] of a batch [m^3]; zero in unused slots
-  const VectorizedDouble *JxW(unsigned batch) const { return &JxW_[std::size_t(batch) * n_q_]; }
+  const VectorizedDouble *JxW(unsigned batch) const { return JxW_.data() + std::size_t(batch) * n_q_; }
   /// Coordinates of quadrature point q of a slot, reference [m].
   geometry::Point3 quadrature_point(unsigned slot, unsigned q) const;
   /// Edge length of the cell: (volume)^(1/3) [m].

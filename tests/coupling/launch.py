@@ -14,6 +14,8 @@ from pathlib import Path
 
 BIN = Path(os.environ["HEARTBUS_BIN"])
 SOURCE = Path(os.environ["HEARTBUS_SOURCE"])
+SANITIZED = "ASAN_OPTIONS" in os.environ  # by the preset asan
+unless_sanitized = unittest.skipIf(SANITIZED, "sanitizers change times, memory and what a library is linked to")
 
 
 class Launch:

@@ -9,7 +9,7 @@ import unittest
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from launch import BIN, SOURCE, Launch, use_library
+from launch import BIN, SOURCE, Launch, unless_sanitized, use_library
 
 SHARE = BIN.parent / "share/heartbus"
 AT_ONCE = 3   # some are waited for
@@ -127,6 +127,7 @@ class Foreign(unittest.TestCase):
             with self.subTest(what):
                 self.assert_ends(run, code, parts)
 
+    @unless_sanitized
     @unittest.skipUnless(shutil.which("gfortran"), "there is no gfortran here")
     def test_a_crash_in_fortran_names_the_program_and_the_signal(self):
         (self.folder / "crash.f90").write_text(textwrap.dedent(CRASH))

@@ -4,7 +4,7 @@ import time
 import unittest
 from pathlib import Path
 
-from launch import SOURCE, has_mark, run_scene
+from launch import SOURCE, has_mark, run_scene, unless_sanitized
 
 PISTON = SOURCE / "configs/benchmarks/piston/efs1.yaml"
 STEPS, FIRST, LAST = 6000, 800, 5800  # the first steps allocate what is allocated once; after the last ones nobody may be left
@@ -39,6 +39,7 @@ class Memory(unittest.TestCase):
 
         return watch
 
+    @unless_sanitized
     def test_resident_memory_does_not_drift(self):
         samples = []
         with tempfile.TemporaryDirectory() as folder:

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from launch import BIN, SOURCE
+from launch import BIN, SOURCE, unless_sanitized
 
 sys.path.insert(0, str(SOURCE / "api"))
 import generate  # noqa: E402
@@ -26,6 +26,7 @@ def history(folder):
     return {title.split(" ")[0]: [row[title] for row in rows] for title in rows[0]}
 
 
+@unless_sanitized
 class OwnCode(unittest.TestCase):
     def test_listings_are_the_examples_and_tables_are_those_of_the_header(self):
         self.assertEqual(generate.renewed(DOCUMENT), DOCUMENT, "run api/generate.py document docs/own_code.md")
