@@ -50,7 +50,8 @@ class Tutorial(unittest.TestCase):
             top.chmod(0o755)
             os.chown(cls.own, NOBODY, NOBODY)
         own = [f"{name}={value}" for name, value in {**variables, "HOME": str(cls.own), "TMPDIR": "/tmp"}.items()]
-        kept = [f"{name}={value}" for name, value in os.environ.items() if name.startswith(("OMPI_", "HEARTBUS_TEST", "ASAN_"))]
+        kept = [f"{name}={value}" for name, value in os.environ.items()
+                if name.startswith(("OMPI_", "ASAN_", "HEARTBUS_TEST", "HEARTBUS_LIBRARY"))]
         cls.launch = Launch(["env", "-i", *kept, *own, *user], cls.own)
 
     def history(self, name):
