@@ -26,7 +26,7 @@ def check(command, role):
 
 OURS = {"ep": "ep_solver", "mech": "mech_solver", "ale": "ale_solver", "fluid": "fluid_solver", "fsi": "fsi_solver",
         "circulation": "cavity_solver"}
-AT_ONCE = 3  # most of a check is sleep: partners that take their time, deadlines
+AT_ONCE = 6  # most of a check is sleep: partners that take their time, deadlines
 
 
 class Conformance(unittest.TestCase):
