@@ -16,7 +16,6 @@ class Checksum {
     for (std::size_t i = 0; i < n; ++i)
       sum_ = (sum_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
   }
-  std::uint64_t value() const { return sum_; }
   std::string text() const {
     std::array<char, 17> text{};
     std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(sum_));

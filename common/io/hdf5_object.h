@@ -50,7 +50,7 @@ std::string read_text(hid_t object, const std::string &name);
 std::vector<hsize_t> extent(hid_t table);
 
 /// Failure(file) unless all values that a table claims are stored: where the header is damaged, HDF5 1.10 would read
-/// beyond the end of what it has. Of compressed tables nobody knows before they are read.
+/// beyond the end of what it has. Of compressed chunks the size is known roughly.
 void require_all_stored(hid_t table, const std::string &name);
 
 /// All values of a table, row by row, as `type`, which is T. Failure(file) when there is none, it is damaged, or it

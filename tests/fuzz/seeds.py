@@ -15,8 +15,9 @@ manifest = {"step": 40, "time": 0.008, "step_size": 0.0002, "model": {"geometry.
 (corpus / "checkpoint/seed").write_text(json.dumps(manifest))
 (corpus / "checkpoint/empty").write_text(json.dumps({**manifest, "files": {}}))
 with h5py.File(corpus / "recording/seed", "w", libver=("v108", "v108")) as file:  # as recordings are written
-    points = file.create_dataset("points", data=np.arange(6.0).reshape(2, 3), chunks=(2, 3), fletcher32=True)
+    kept = {"fletcher32": True, "compression": "gzip", "compression_opts": 0}
+    points = file.create_dataset("points", data=np.arange(6.0).reshape(2, 3), chunks=(2, 3), **kept)
     points.attrs["field"], points.attrs["unit"] = np.bytes_("calcium"), np.bytes_("uM")
-    file.create_dataset("values", data=np.ones((2, 2, 1)), chunks=(1, 2, 1), fletcher32=True, maxshape=(None, 2, 1))
-    file.create_dataset("step", data=np.array([1, 2], dtype="i4"), chunks=(1,), fletcher32=True, maxshape=(None,))
-    file.create_dataset("time", data=np.array([2e-4, 4e-4]), chunks=(1,), fletcher32=True, maxshape=(None,))
+    file.create_dataset("values", data=np.ones((2, 2, 1)), chunks=(1, 2, 1), **kept, maxshape=(None, 2, 1))
+    file.create_dataset("step", data=np.array([1, 2], dtype="i4"), chunks=(1,), **kept, maxshape=(None,))
+    file.create_dataset("time", data=np.array([2e-4, 4e-4]), chunks=(1,), **kept, maxshape=(None,))
