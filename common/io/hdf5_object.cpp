@@ -62,20 +62,23 @@ struct Sizes {
   bool hold(hsize_t size) const { return least <= size && size <= most; }
 };
 
-/// Of a chunk of so many bytes with these filters: one size, unless it is compressed.
+/// Of a chunk of so many bytes with these filters: one size, unless it is compressed. What is no longer than its
+/// checksum HDF5 1.10 would read beyond its end.
 Sizes stored_sizes(hid_t properties, hsize_t bytes) {
-  constexpr hsize_t checksum = 4, frame = 64;
+  constexpr hsize_t frame = 64;
+  hsize_t checksum = 0;
   bool is_compressed = false;
   for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
     unsigned flags = 0;
     std::size_t n_parameters = 0;
     const H5Z_filter_t filter = H5Pget_filter2(properties, i, &flags, &n_parameters, nullptr, 0, nullptr, nullptr);
     if (filter == H5Z_FILTER_FLETCHER32)
-      bytes += checksum;
+      checksum = 4;
     else
       is_compressed |= filter != H5Z_FILTER_SHUFFLE;
   }
-  return is_compressed ? Sizes{1, bytes + bytes / 100 + frame} : Sizes{bytes, bytes};
+  bytes += checksum;
+  return is_compressed ? Sizes{checksum + 1, bytes + bytes / 100 + frame} : Sizes{bytes, bytes};
 }
 
 /// Looked for as reading does, in a time that does not grow with the number of chunks.
