@@ -1,4 +1,5 @@
 """heartbus-check finds what a program does wrong, and nothing in those that do nothing wrong."""
+import re
 import subprocess
 import sys
 import unittest
@@ -41,7 +42,7 @@ class Conformance(unittest.TestCase):
 
     def test_ours_pass(self):
         for role, run in self.ours.items():
-            if SANITIZED and "exit code 255" in run.stdout:
+            if SANITIZED and re.findall("^NO  (.*?):.* exit code 255", run.stdout, re.M) == ["what is not finite is refused"]:
                 continue  # deal.II's debug library aborts where a norm is not finite
             with self.subTest(role):
                 lines = run.stdout.splitlines()
